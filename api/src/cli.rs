@@ -1,0 +1,267 @@
+//! The command line. Exit codes: 0 done, 1 failure, 2 bad usage, scene, query, image or settings.
+
+use std::ffi::OsString;
+use std::fmt::Write as _;
+use std::io::{IsTerminal as _, Read as _, Write as _};
+use std::net::SocketAddr;
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
+use clap::{Arg, ArgAction, ArgMatches, Command, value_parser};
+use skyloom::request::QUERY_PARAMETERS;
+use skyloom::scene::{FieldError, SceneError};
+
+use crate::config::Config;
+use crate::serve;
+
+mod render;
+
+/// Why a command did not do what was asked.
+#[derive(Debug)]
+enum Fault {
+    /// The caller can put it right: exit code 2.
+    Usage(String),
+    /// The machine or the program could not: exit code 1.
+    Failure(String),
+}
+
+impl Fault {
+    fn fields(errors: &[FieldError]) -> Self {
+        let lines: Vec<_> = errors.iter().map(|error| format!("{}: {}", error.pointer, error.detail)).collect();
+        Self::Usage(lines.join("\n"))
+    }
+}
+
+impl From<SceneError> for Fault {
+    fn from(error: SceneError) -> Self {
+        match error {
+            SceneError::Unreadable(detail) => Self::Usage(format!("the scene cannot be read: {detail}")),
+            SceneError::Invalid(errors) => Self::fields(&errors),
+            other => Self::Usage(other.to_string()),
+        }
+    }
+}
+
+/// Runs the command line of this process.
+pub fn main() -> ExitCode {
+    match run(std::env::args_os()) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(fault) => {
+            let (text, code) = match fault {
+                Fault::Usage(text) => (text, 2),
+                Fault::Failure(text) => (text, 1),
+            };
+            // Nothing can be done when even stderr is closed.
+            writeln!(std::io::stderr(), "{}", text.trim_end()).unwrap_or_default();
+            ExitCode::from(code)
+        }
+    }
+}
+
+fn run(arguments: impl IntoIterator<Item = OsString>) -> Result<(), Fault> {
+    let matches = match command().try_get_matches_from(arguments) {
+        Ok(matches) => matches,
+        // Help and version go to stdout and are no fault.
+        Err(error) if !error.use_stderr() => {
+            return error.print().map_err(|error| Fault::Failure(error.to_string()));
+        }
+        Err(error) => return Err(Fault::Usage(error.to_string())),
+    };
+    match matches.subcommand() {
+        Some(("serve", options)) => {
+            log("info");
+            serve_command(options)
+        }
+        Some((name, options)) => {
+            log("warn");
+            match name {
+                "render" => render::command(options),
+                "check" => check(options),
+                _ => list_adapters(),
+            }
+        }
+        None => Err(Fault::Usage(command().render_help().to_string())),
+    }
+}
+
+fn command() -> Command {
+    let file = |name: &'static str| Arg::new(name).value_parser(value_parser!(PathBuf));
+    let scene = || file("SCENE").required(true).help("Scene file (JSON); - reads it from stdin");
+    Command::new("skyloom")
+        .about("Sky lighting: cloud, shadow and irradiance textures computed from a description of the sky")
+        .version(env!("CARGO_PKG_VERSION"))
+        .arg_required_else_help(true)
+        .after_help(
+            "Examples:\n  skyloom serve                                  start the server, then open http://127.0.0.1:8080\n  \
+             skyloom check scene.json                       is the scene valid, and what does it say in full?\n  \
+             skyloom render scene.json irradiance.exr       one texture into a file, without a server\n  \
+             skyloom adapters                               which graphics devices are there?\n\n\
+             Exit codes: 0 done, 1 failure (no driver, disk full), 2 bad usage, scene, query or image.\n\
+             SKYLOOM_LOG sets what is logged to stderr (error, warn, info, debug).",
+        )
+        .subcommand(
+            Command::new("serve")
+                .about("Serves skies over HTTP")
+                .arg(file("config").long("config").value_name("FILE").help("Settings; config/skyloom.toml shows all of them"))
+                .arg(
+                    Arg::new("listen")
+                        .long("listen")
+                        .value_name("ADDR:PORT")
+                        .value_parser(value_parser!(SocketAddr))
+                        .help("Address to listen on; port 0 picks a free one [default: 127.0.0.1:8080]"),
+                )
+                .arg(file("data").long("data").value_name("DIR").help("Folder of skies, images and tables [default: ./data]"))
+                .after_help(
+                    "Prints one line, `listening on http://ADDR:PORT`, on stdout; the log goes to stderr.\n\n\
+                     Examples:\n  skyloom serve --listen 127.0.0.1:0 --data /var/lib/skyloom\n  \
+                     curl --json @scene.json http://127.0.0.1:8080/v1/skies\n  \
+                     curl -O http://127.0.0.1:8080/v1/skies/ID/irradiance.exr",
+                ),
+        )
+        .subcommand(render_command(scene()))
+        .subcommand(
+            Command::new("check")
+                .about("Checks a scene; prints it with every default spelled out")
+                .arg(scene())
+                .after_help(
+                    "Errors are printed one a line as `pointer: what is wrong and what is allowed`, with exit code 2.\n\
+                     Images may be named by path, relative to the scene file.\n\nExample:\n  skyloom check scene.json",
+                ),
+        )
+        .subcommand(Command::new("adapters").about("Lists the graphics devices; a star marks the one that is used"))
+}
+
+/// `render` has an option for each query parameter of the server, by the same name.
+fn render_command(scene: Arg) -> Command {
+    let command = Command::new("render")
+        .about("Renders one texture into a file, exactly as the server would answer it")
+        .arg(scene)
+        .arg(
+            Arg::new("TEXTURE.FORMAT")
+                .required(true)
+                .help("What to render: cloud, shadow, irradiance or thickness, as .exr, .png or .f32"),
+        )
+        .arg(
+            Arg::new("output")
+                .short('o')
+                .long("output")
+                .value_name("FILE")
+                .value_parser(value_parser!(PathBuf))
+                .help("File to write; - is stdout [default: TEXTURE.FORMAT]"),
+        )
+        .arg(
+            Arg::new("adapter")
+                .long("adapter")
+                .value_name("NAME")
+                .help("Part of the name of the graphics device to use [default: the best one]"),
+        )
+        .after_help(
+            "Examples:\n  skyloom render scene.json cloud.png\n  \
+             skyloom render scene.json irradiance.exr --time 600 --size 1024 -o ground.exr\n  \
+             skyloom render scene.json shadow.f32 -o - | my-engine\n\n\
+             Images in the scene may be named by path, relative to the scene file.",
+        );
+    QUERY_PARAMETERS.iter().fold(command, |command, parameter| {
+        let mut help = parameter.meaning.to_owned();
+        if !parameter.default.is_empty() {
+            write!(help, " [default: {}]", parameter.default).unwrap_or_default();
+        }
+        command.arg(
+            Arg::new(parameter.name)
+                .long(parameter.name)
+                .value_name(parameter.values)
+                .help(help)
+                .help_heading("Query (as in the texture's address)")
+                .allow_hyphen_values(true)
+                // Repeated options are passed on, so that they are refused in the server's words.
+                .action(ArgAction::Append),
+        )
+    })
+}
+
+/// The command's log goes to stderr, whatever it prints on stdout.
+fn log(level: &str) {
+    use tracing_subscriber::EnvFilter;
+    let default = || EnvFilter::new(format!("{level},wgpu_core=warn,wgpu_hal=error,naga=warn"));
+    let filter = EnvFilter::try_from_env("SKYLOOM_LOG").unwrap_or_else(|_| default());
+    tracing_subscriber::fmt()
+        .with_env_filter(filter)
+        .with_writer(std::io::stderr)
+        .with_ansi(std::io::stderr().is_terminal())
+        .init();
+}
+
+fn serve_command(options: &ArgMatches) -> Result<(), Fault> {
+    let mut config = match options.get_one::<PathBuf>("config") {
+        Some(path) => Config::load(path).map_err(Fault::Usage)?,
+        None => Config::default(),
+    };
+    if let Some(listen) = options.get_one::<SocketAddr>("listen") {
+        config.server.listen = *listen;
+    }
+    if let Some(data) = options.get_one::<PathBuf>("data") {
+        config.server.data.clone_from(data);
+    }
+    config.check().map_err(Fault::Usage)?;
+    serve::serve(config).map_err(Fault::Failure)
+}
+
+fn check(options: &ArgMatches) -> Result<(), Fault> {
+    let path = render::scene_path(options)?;
+    let (scene, _images) = render::read_scene(path, render::Unknown::Kept)?;
+    let text = serde_json::to_string_pretty(&scene.to_json()).map_err(|error| Fault::Failure(error.to_string()))?;
+    to_stdout(format!("{text}\n").as_bytes())?;
+    for note in scene.notes() {
+        writeln!(std::io::stderr(), "note: {}: {}", note.pointer, note.detail).unwrap_or_default();
+    }
+    Ok(())
+}
+
+fn list_adapters() -> Result<(), Fault> {
+    let adapters = skyloom::gpu::adapters(None);
+    let mut text = String::new();
+    for adapter in &adapters {
+        let mark = if adapter.chosen { '*' } else { ' ' };
+        writeln!(text, "{mark} {} ({}, {}; {})", adapter.name, adapter.backend, adapter.kind, adapter.driver)
+            .unwrap_or_default();
+    }
+    if adapters.is_empty() {
+        return Err(Fault::Failure(
+            "no graphics device was found. Install a Vulkan driver: the graphics card's own, or the software driver \
+             (Debian, Ubuntu: mesa-vulkan-drivers; Fedora: mesa-vulkan-drivers; Arch: vulkan-swrast)"
+                .to_owned(),
+        ));
+    }
+    to_stdout(text.as_bytes())
+}
+
+fn to_stdout(bytes: &[u8]) -> Result<(), Fault> {
+    let mut stdout = std::io::stdout().lock();
+    stdout.write_all(bytes).and_then(|()| stdout.flush()).map_err(|error| Fault::Failure(format!("stdout: {error}")))
+}
+
+/// Reads a file, or stdin for `-`.
+fn read(path: &Path) -> std::io::Result<Vec<u8>> {
+    if path == Path::new("-") {
+        let mut bytes = Vec::new();
+        std::io::stdin().lock().read_to_end(&mut bytes)?;
+        return Ok(bytes);
+    }
+    std::fs::read(path)
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used, clippy::panic, reason = "a test stops where it fails")]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_command_is_consistent_and_has_an_option_for_every_query_parameter() {
+        command().debug_assert();
+        let command = command();
+        let render = command.find_subcommand("render").unwrap();
+        for parameter in QUERY_PARAMETERS {
+            assert!(render.get_arguments().any(|argument| argument.get_long() == Some(parameter.name)));
+        }
+    }
+}

@@ -1,0 +1,150 @@
+//! `skyloom render`: one texture into a file.
+
+use std::collections::HashMap;
+use std::path::{Path, PathBuf};
+use std::sync::atomic::AtomicBool;
+use std::sync::{Arc, Mutex, PoisonError};
+use std::time::{Duration, Instant};
+
+use clap::ArgMatches;
+use indicatif::{ProgressBar, ProgressStyle};
+use skyloom::image::{Image, sha256_hex};
+use skyloom::optics::Mix;
+use skyloom::render::{Job, RenderError, Renderer, RendererOptions, Watch};
+use skyloom::request::{QUERY_PARAMETERS, Request, RequestError};
+use skyloom::scene::Scene;
+use skyloom::tables::{MixTables, TableLibrary};
+
+use super::{Fault, read, to_stdout};
+use crate::config::Limits;
+use crate::files;
+
+/// What takes longer than this shows its progress.
+const PATIENCE: Duration = Duration::from_secs(1);
+/// Steps of the progress bar.
+const STEPS: u64 = 1000;
+
+type Images = HashMap<String, Arc<Image>>;
+
+/// What to do with the name of an image that is no file but could be a SHA-256.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Unknown {
+    /// A server may have it.
+    Kept,
+    /// It is needed here.
+    Refused,
+}
+
+pub(super) fn command(options: &ArgMatches) -> Result<(), Fault> {
+    let name = options
+        .get_one::<String>("TEXTURE.FORMAT")
+        .ok_or_else(|| Fault::Usage("which texture? for example cloud.exr".to_owned()))?;
+    let request = request(name, options)?;
+    let (scene, images) = read_scene(scene_path(options)?, Unknown::Refused)?;
+    request.check(&scene).map_err(|errors| Fault::fields(&errors))?;
+    let output = options.get_one::<PathBuf>("output").cloned().unwrap_or_else(|| PathBuf::from(name));
+
+    let adapter = options.get_one::<String>("adapter").cloned();
+    let options = RendererOptions { adapter, ..RendererOptions::default() };
+    // Before the tables, because without a device they would be made in vain.
+    let mut renderer = Renderer::new(&options).map_err(|error| Fault::Failure(error.to_string()))?;
+    let library = TableLibrary::new(cache_folder().map(|folder| folder.join("tables")));
+    let tables = scene.mixes().iter().map(|mix| tables(&library, mix)).collect::<Result<_, _>>()?;
+    let job = Job { scene: Arc::new(scene), request, tables, images };
+    let watch = Watch { deadline: None, cancelled: Arc::new(AtomicBool::new(false)) };
+    let texture = renderer.render(&job, &watch).map_err(|error| match error {
+        RenderError::Invalid(errors) => Fault::fields(&errors),
+        other => Fault::Failure(other.to_string()),
+    })?;
+    let bytes = skyloom::render::encode(&texture, &job).map_err(|error| Fault::Failure(error.to_string()))?;
+    if output == Path::new("-") {
+        return to_stdout(&bytes);
+    }
+    files::write_atomically(&output, &bytes)
+        .map_err(|error| Fault::Failure(format!("writing {}: {error}", output.display())))
+}
+
+fn request(name: &str, options: &ArgMatches) -> Result<Request, Fault> {
+    let (texture, format) = name
+        .rsplit_once('.')
+        .ok_or_else(|| Fault::Usage(format!("{name:?} names no texture: it is TEXTURE.FORMAT, such as cloud.exr")))?;
+    let mut query = Vec::new();
+    for parameter in QUERY_PARAMETERS {
+        for value in options.get_many::<String>(parameter.name).into_iter().flatten() {
+            query.push((parameter.name.to_owned(), value.clone()));
+        }
+    }
+    Request::parse(texture, format, &query).map_err(|error| match error {
+        RequestError::Invalid(errors) => Fault::fields(&errors),
+        unknown => Fault::Usage(unknown.to_string()),
+    })
+}
+
+pub(super) fn scene_path(options: &ArgMatches) -> Result<&Path, Fault> {
+    let path = options.get_one::<PathBuf>("SCENE");
+    path.map(PathBuf::as_path).ok_or_else(|| Fault::Usage("which scene?".to_owned()))
+}
+
+/// Reads a scene and the images that it names by path.
+pub(super) fn read_scene(path: &Path, unknown: Unknown) -> Result<(Scene, Images), Fault> {
+    let text = read(path).map_err(|error| Fault::Usage(format!("{}: {error}", path.display())))?;
+    let folder = path.parent().unwrap_or(Path::new(""));
+    let limits = Limits::default();
+    let mut images = Images::new();
+    let mut resolve = |name: &str| {
+        let file = folder.join(name);
+        let is_digest = files::is_hex(name, 64);
+        if is_digest && !file.exists() {
+            return match unknown {
+                Unknown::Kept => Ok(name.to_owned()),
+                Unknown::Refused => {
+                    Err(format!("an image stored at a server; name the image file by its path instead of {name}"))
+                }
+            };
+        }
+        let bytes = std::fs::read(&file).map_err(|error| format!("{}: {error}", file.display()))?;
+        let image =
+            skyloom::image::decode(&bytes, &limits.image()).map_err(|error| format!("{}: {error}", file.display()))?;
+        let sha256 = sha256_hex(&bytes);
+        images.insert(sha256.clone(), Arc::new(image));
+        Ok(sha256)
+    };
+    let scene = Scene::with_image_names(&text, &mut resolve)?;
+    Ok((scene, images))
+}
+
+/// Tables of a mix, with a progress bar on stderr when they take a while.
+fn tables(library: &TableLibrary, mix: &Mix) -> Result<Arc<MixTables>, Fault> {
+    let start = Instant::now();
+    let bar: Mutex<Option<ProgressBar>> = Mutex::new(None);
+    let lock = || bar.lock().unwrap_or_else(PoisonError::into_inner);
+    let progress = |part: f64| {
+        if start.elapsed() < PATIENCE {
+            return;
+        }
+        lock().get_or_insert_with(|| new_bar(mix)).set_position((part * STEPS as f64) as u64);
+    };
+    let tables = library.get(mix, &progress).map_err(|error| Fault::Failure(error.to_string()));
+    if let Some(bar) = lock().take() {
+        bar.finish_and_clear();
+    }
+    tables
+}
+
+fn new_bar(mix: &Mix) -> ProgressBar {
+    let bar = ProgressBar::new(STEPS);
+    if let Ok(style) = ProgressStyle::with_template("{msg} [{bar:30}] {percent}% ({elapsed})") {
+        bar.set_style(style.progress_chars("=> "));
+    }
+    bar.set_message(format!("tables of {}", mix.describe()));
+    bar
+}
+
+/// Where tables are kept between runs, by the habit of the system; none when it tells no home.
+fn cache_folder() -> Option<PathBuf> {
+    let variable = |name: &str| std::env::var_os(name).filter(|value| !value.is_empty()).map(PathBuf::from);
+    let base = variable("XDG_CACHE_HOME")
+        .or_else(|| variable("LOCALAPPDATA"))
+        .or_else(|| variable("HOME").map(|home| home.join(".cache")))?;
+    Some(base.join("skyloom"))
+}

@@ -1,0 +1,221 @@
+//! Settings of the server. Defaults live here and only here; `config/skyloom.toml` spells them out with comments.
+
+use std::net::{IpAddr, Ipv4Addr, SocketAddr};
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+
+use serde::{Deserialize, Serialize};
+
+/// Everything that can be set in `skyloom.toml`.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Config {
+    /// Address, folders and connection times.
+    pub server: Server,
+    /// Largest things a request may ask for or send.
+    pub limits: Limits,
+    /// The queue in front of the render thread.
+    pub queue: Queue,
+    /// Memory kept for quick answers.
+    pub cache: Cache,
+    /// The graphics device.
+    pub render: Render,
+}
+
+/// `[server]`: address, folders and connection times.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Server {
+    /// Address and port to listen on; port 0 picks a free one.
+    pub listen: SocketAddr,
+    /// Folder of registered skies, images and computed tables.
+    pub data: PathBuf,
+    /// Permits an address that other machines can reach; there is no authentication.
+    pub allow_remote: bool,
+    /// Connections served at a time; more wait to be accepted.
+    pub connections: usize,
+    /// Seconds a client may take to send the head of a request, and a connection may idle.
+    pub header_timeout_s: u64,
+    /// Seconds a client may take to send a body.
+    pub body_timeout_s: u64,
+    /// Seconds between SIGTERM, when readiness ends, and closing the listener.
+    pub drain_s: u64,
+    /// Seconds that running requests get to finish once the listener is closed.
+    pub grace_s: u64,
+}
+
+/// `[limits]`: largest things a request may ask for or send.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Limits {
+    /// Bytes of a scene.
+    pub scene_bytes: usize,
+    /// Bytes of an image file.
+    pub image_bytes: usize,
+    /// Texels along either side of an image.
+    pub image_side: u32,
+    /// Texels of an image.
+    pub image_texels: u64,
+    /// Texels a side of a texture.
+    pub max_side: u32,
+    /// Registered skies.
+    pub skies: usize,
+    /// Bytes of all stored images together.
+    pub image_store_bytes: u64,
+}
+
+/// `[queue]`: the queue in front of the render thread.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Queue {
+    /// Renders that may wait; one more is answered 503.
+    pub depth: usize,
+    /// Seconds from entering the queue to the finished picture; later is answered 504.
+    pub timeout_s: u64,
+}
+
+/// `[cache]`: memory kept for quick answers.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Cache {
+    /// Bytes of encoded replies.
+    pub memory_bytes: u64,
+    /// Bytes of decoded images.
+    pub image_memory_bytes: u64,
+}
+
+/// `[render]`: the graphics device.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Render {
+    /// Part of the name of the adapter to use; empty picks the best one.
+    pub adapter: String,
+}
+
+impl Default for Server {
+    fn default() -> Self {
+        Self {
+            listen: SocketAddr::new(IpAddr::V4(Ipv4Addr::LOCALHOST), 8080),
+            data: PathBuf::from("./data"),
+            allow_remote: false,
+            connections: 512,
+            header_timeout_s: 30,
+            body_timeout_s: 30,
+            drain_s: 0,
+            grace_s: 30,
+        }
+    }
+}
+
+impl Default for Limits {
+    fn default() -> Self {
+        Self {
+            scene_bytes: 256 << 10,
+            image_bytes: 64 << 20,
+            image_side: 8192,
+            image_texels: 4096 * 4096,
+            max_side: 4096,
+            skies: 10_000,
+            image_store_bytes: 4 << 30,
+        }
+    }
+}
+
+impl Default for Queue {
+    fn default() -> Self {
+        Self { depth: 32, timeout_s: 30 }
+    }
+}
+
+impl Default for Cache {
+    fn default() -> Self {
+        Self { memory_bytes: 256 << 20, image_memory_bytes: 512 << 20 }
+    }
+}
+
+impl Queue {
+    /// Time from entering the queue to the finished picture.
+    pub fn timeout(&self) -> Duration {
+        Duration::from_secs(self.timeout_s)
+    }
+}
+
+impl Render {
+    /// The wanted adapter, or none when any will do.
+    pub fn wanted(&self) -> Option<String> {
+        Some(self.adapter.clone()).filter(|name| !name.is_empty())
+    }
+}
+
+impl Limits {
+    /// Limits that the image decoder enforces before it allocates.
+    pub fn image(&self) -> skyloom::image::ImageLimits {
+        skyloom::image::ImageLimits { max_side: self.image_side, max_texels: self.image_texels }
+    }
+}
+
+impl Config {
+    /// Reads a settings file; the message names file, line and key of what is wrong.
+    pub fn load(path: &Path) -> Result<Self, String> {
+        let text = std::fs::read_to_string(path).map_err(|error| format!("{}: {error}", path.display()))?;
+        toml::from_str(&text).map_err(|error| format!("{}: {error}", path.display()))
+    }
+
+    /// Refuses settings that cannot work or that would expose the server unasked.
+    pub fn check(&self) -> Result<(), String> {
+        let server = &self.server;
+        if !server.listen.ip().is_loopback() && !server.allow_remote {
+            return Err(format!(
+                "server.listen = {}: other machines could reach this address and the server has no authentication. \
+                 Listen on 127.0.0.1 behind a proxy, or set server.allow_remote = true in the settings file",
+                server.listen
+            ));
+        }
+        let positive = [
+            ("server.connections", server.connections as u64),
+            ("server.header_timeout_s", server.header_timeout_s),
+            ("server.body_timeout_s", server.body_timeout_s),
+            ("limits.scene_bytes", self.limits.scene_bytes as u64),
+            ("limits.image_bytes", self.limits.image_bytes as u64),
+            ("limits.image_side", u64::from(self.limits.image_side)),
+            ("limits.image_texels", self.limits.image_texels),
+            ("limits.max_side", u64::from(self.limits.max_side)),
+            ("limits.skies", self.limits.skies as u64),
+            ("queue.depth", self.queue.depth as u64),
+            ("queue.timeout_s", self.queue.timeout_s),
+        ];
+        match positive.iter().find(|(_, value)| *value == 0) {
+            Some((key, _)) => Err(format!("{key} = 0: must be at least 1")),
+            None => Ok(()),
+        }
+    }
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used, clippy::panic, reason = "a test stops where it fails")]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_file_in_config_spells_out_every_default() {
+        let written: toml::Table = toml::from_str(include_str!("../../config/skyloom.toml")).unwrap();
+        assert_eq!(written, toml::Table::try_from(Config::default()).unwrap());
+        let read: Config = toml::from_str(include_str!("../../config/skyloom.toml")).unwrap();
+        assert_eq!(read, Config::default());
+    }
+
+    #[test]
+    fn an_unknown_key_is_refused_by_name() {
+        let error = toml::from_str::<Config>("[server]\nlisen = \"127.0.0.1:1\"").unwrap_err().to_string();
+        assert!(error.contains("lisen"), "{error}");
+    }
+
+    #[test]
+    fn an_address_others_can_reach_needs_permission() {
+        let mut config = Config::default();
+        config.server.listen = SocketAddr::from(([0, 0, 0, 0], 8080));
+        assert!(config.check().unwrap_err().contains("allow_remote"));
+        config.server.allow_remote = true;
+        config.check().unwrap();
+    }
+}

@@ -1,0 +1,17 @@
+//! HTTP service and command line of skyloom: registers skies and images, renders their textures on one thread that owns
+//! the graphics device, and answers with replies that may be cached for ever.
+
+pub mod body;
+pub mod cli;
+pub mod config;
+pub mod files;
+pub mod images;
+pub mod presets;
+pub mod problem;
+pub mod render_queue;
+pub mod routes;
+pub mod serve;
+pub mod single_flight;
+pub mod skies;
+pub mod textures;
+pub mod viewer;

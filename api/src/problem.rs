@@ -1,0 +1,299 @@
+//! Errors of the HTTP service as RFC 9457 problem documents.
+//!
+//! Handlers return [`ApiError`]. Its response carries a [`Problem`] as an extension; the outermost middleware adds the
+//! request's name and writes the document, and turns every other plain error (no route, wrong method) into one too.
+
+use axum::body::Body;
+use axum::http::{HeaderValue, StatusCode, header};
+use axum::response::{IntoResponse, Response};
+use serde::Serialize;
+use skyloom::request::RequestError;
+use skyloom::scene::{FieldError, SceneError};
+
+/// One wrong field.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct FieldProblem {
+    /// JSON pointer into the body (`/layers/0/base_m`), or the name of a query parameter.
+    pub pointer: String,
+    /// What was wrong and what is allowed.
+    pub detail: String,
+}
+
+impl From<FieldError> for FieldProblem {
+    fn from(error: FieldError) -> Self {
+        Self { pointer: error.pointer, detail: error.detail }
+    }
+}
+
+/// The core's list of wrong fields as it is answered.
+pub fn field_problems(errors: Vec<FieldError>) -> Vec<FieldProblem> {
+    errors.into_iter().map(FieldProblem::from).collect()
+}
+
+/// The body of an error reply (RFC 9457, section 3).
+#[derive(Clone, Debug, Serialize)]
+pub struct Problem {
+    /// Where this kind of problem is explained, relative to the server.
+    #[serde(rename = "type")]
+    pub kind: String,
+    /// The kind in words; the same for every occurrence.
+    pub title: &'static str,
+    /// HTTP status.
+    pub status: u16,
+    /// What happened this time.
+    pub detail: String,
+    /// The request, as in the header `X-Request-Id` and in the log.
+    #[serde(skip_serializing_if = "String::is_empty")]
+    pub instance: String,
+    /// Wrong fields, one by one.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub errors: Vec<FieldProblem>,
+}
+
+/// A kind of problem, explained at `/problems/{slug}`.
+#[derive(Debug)]
+pub struct Kind {
+    /// Last part of the problem's `type`.
+    pub slug: &'static str,
+    /// HTTP status.
+    pub status: StatusCode,
+    /// The kind in words.
+    pub title: &'static str,
+    /// What a caller can do about it.
+    pub advice: &'static str,
+}
+
+macro_rules! kinds {
+    ($($name:ident = $slug:literal, $status:ident, $title:literal, $advice:literal;)*) => {
+        $(const $name: Kind = Kind { slug: $slug, status: StatusCode::$status, title: $title, advice: $advice };)*
+        /// Every kind of problem the service answers with.
+        pub const KINDS: &[Kind] = &[$($name),*];
+    };
+}
+
+kinds! {
+    UNREADABLE = "unreadable", BAD_REQUEST, "The request cannot be read",
+        "The body is not well-formed JSON or the image file is broken. The detail says where reading stopped.";
+    NO_ROUTE = "no-such-route", NOT_FOUND, "No such address",
+        "The routes are /v1/skies, /v1/images, /v1/presets, /v1/limits, /health/live, /health/ready and the viewer at /.";
+    NO_SKY = "unknown-sky", NOT_FOUND, "No such sky",
+        "Skies are registered with POST /v1/skies, which answers with their id and links. A deleted sky can be registered again.";
+    NO_TEXTURE = "unknown-texture", NOT_FOUND, "No such texture",
+        "A texture's address is /v1/skies/{id}/{texture}.{format}; the links of GET /v1/skies/{id} list them.";
+    METHOD = "method-not-allowed", METHOD_NOT_ALLOWED, "Method not allowed", "The header Allow lists the methods of this address.";
+    SLOW_BODY = "slow-body", REQUEST_TIMEOUT, "The body took too long", "Send the body faster, or raise server.body_timeout_s.";
+    TOO_LARGE = "too-large", PAYLOAD_TOO_LARGE, "Too large", "GET /v1/limits shows the limits; they are set in skyloom.toml.";
+    MEDIA_TYPE = "unsupported-media-type", UNSUPPORTED_MEDIA_TYPE, "Unsupported media type",
+        "Scenes are application/json; images are PNG or OpenEXR, sent as image/png, image/x-exr or application/octet-stream.";
+    INVALID_SCENE = "invalid-scene", UNPROCESSABLE_ENTITY, "The scene is not valid",
+        "Each entry of `errors` names a field by JSON pointer and says what is allowed. Nothing was stored.";
+    INVALID_QUERY = "invalid-query", UNPROCESSABLE_ENTITY, "The query is not valid",
+        "Each entry of `errors` names a query parameter and says what is allowed. Unknown and repeated parameters are refused.";
+    INTERNAL = "internal", INTERNAL_SERVER_ERROR, "Internal error",
+        "A defect of the server. Its log has the cause under the request's name, which is the problem's `instance`.";
+    NOT_READY = "not-ready", SERVICE_UNAVAILABLE, "Not ready to render",
+        "No graphics device is available at the moment; the detail says why. Everything but textures works; retry after the time in Retry-After.";
+    BUSY = "busy", SERVICE_UNAVAILABLE, "Busy", "Too many renders are waiting. Retry after the time in Retry-After.";
+    DEADLINE = "deadline", GATEWAY_TIMEOUT, "The render took too long",
+        "The picture was not finished within queue.timeout_s. Ask for a smaller `size`, or retry when the server is less busy.";
+    STORE_FULL = "store-full", INSUFFICIENT_STORAGE, "The store is full",
+        "Delete skies that are no longer needed, or raise limits.skies or limits.image_store_bytes.";
+    OTHER = "other", BAD_REQUEST, "The request was refused", "The status says why.";
+}
+
+/// Everything that can go wrong with a request.
+#[derive(Clone, Debug)]
+pub enum ApiError {
+    /// Body that cannot be read.
+    Unreadable(String),
+    /// Address without a route.
+    NoRoute,
+    /// Sky that is not registered.
+    UnknownSky(String),
+    /// Texture or format that does not exist.
+    UnknownTexture(String),
+    /// Body that took too long.
+    SlowBody,
+    /// Body or image beyond a limit.
+    TooLarge(String),
+    /// Body of a type that is not taken.
+    MediaType(String),
+    /// Readable scene with wrong fields.
+    InvalidScene(Vec<FieldProblem>),
+    /// Query with wrong parameters.
+    InvalidQuery(Vec<FieldProblem>),
+    /// Defect of the server; the text goes to the log only.
+    Internal(String),
+    /// No graphics device; the reason.
+    NotReady(String),
+    /// Queue full.
+    Busy,
+    /// Render not finished in time.
+    Deadline,
+    /// Store full; which one.
+    StoreFull(String),
+}
+
+impl ApiError {
+    fn kind(&self) -> &'static Kind {
+        match self {
+            Self::Unreadable(_) => &UNREADABLE,
+            Self::NoRoute => &NO_ROUTE,
+            Self::UnknownSky(_) => &NO_SKY,
+            Self::UnknownTexture(_) => &NO_TEXTURE,
+            Self::SlowBody => &SLOW_BODY,
+            Self::TooLarge(_) => &TOO_LARGE,
+            Self::MediaType(_) => &MEDIA_TYPE,
+            Self::InvalidScene(_) => &INVALID_SCENE,
+            Self::InvalidQuery(_) => &INVALID_QUERY,
+            Self::Internal(_) => &INTERNAL,
+            Self::NotReady(_) => &NOT_READY,
+            Self::Busy => &BUSY,
+            Self::Deadline => &DEADLINE,
+            Self::StoreFull(_) => &STORE_FULL,
+        }
+    }
+
+    fn retry_after_s(&self) -> Option<u32> {
+        match self {
+            Self::NotReady(_) => Some(30),
+            Self::Busy => Some(2),
+            _ => None,
+        }
+    }
+
+    fn detail_and_errors(self) -> (String, Vec<FieldProblem>) {
+        let listed = |errors: Vec<FieldProblem>| {
+            let detail = match errors.as_slice() {
+                [one] => format!("{}: {}", one.pointer, one.detail),
+                many => format!("{} fields are wrong", many.len()),
+            };
+            (detail, errors)
+        };
+        let detail = match self {
+            Self::InvalidScene(errors) | Self::InvalidQuery(errors) => return listed(errors),
+            Self::Unreadable(detail)
+            | Self::UnknownTexture(detail)
+            | Self::TooLarge(detail)
+            | Self::MediaType(detail)
+            | Self::NotReady(detail)
+            | Self::StoreFull(detail) => detail,
+            Self::UnknownSky(id) => format!("no sky {id} is registered"),
+            Self::NoRoute => NO_ROUTE.advice.to_owned(),
+            Self::SlowBody => SLOW_BODY.advice.to_owned(),
+            Self::Internal(_) => INTERNAL.advice.to_owned(),
+            Self::Busy => BUSY.advice.to_owned(),
+            Self::Deadline => DEADLINE.advice.to_owned(),
+        };
+        (detail, Vec::new())
+    }
+}
+
+impl From<SceneError> for ApiError {
+    fn from(error: SceneError) -> Self {
+        match error {
+            SceneError::Unreadable(detail) => Self::Unreadable(detail),
+            SceneError::Invalid(errors) => Self::InvalidScene(field_problems(errors)),
+            other => Self::Unreadable(other.to_string()),
+        }
+    }
+}
+
+impl From<RequestError> for ApiError {
+    fn from(error: RequestError) -> Self {
+        match error {
+            RequestError::Invalid(errors) => Self::InvalidQuery(field_problems(errors)),
+            unknown => Self::UnknownTexture(unknown.to_string()),
+        }
+    }
+}
+
+impl IntoResponse for ApiError {
+    fn into_response(self) -> Response {
+        let kind = self.kind();
+        if let Self::Internal(cause) = &self {
+            tracing::error!(cause, "internal error");
+        }
+        let retry = self.retry_after_s();
+        let (detail, errors) = self.detail_and_errors();
+        let mut response = kind.status.into_response();
+        if let Some(seconds) = retry {
+            response.headers_mut().insert(header::RETRY_AFTER, HeaderValue::from(seconds));
+        }
+        response.extensions_mut().insert(Problem::new(kind, detail, errors));
+        response
+    }
+}
+
+impl Problem {
+    fn new(kind: &Kind, detail: String, errors: Vec<FieldProblem>) -> Self {
+        Self {
+            kind: format!("/problems/{}", kind.slug),
+            title: kind.title,
+            status: kind.status.as_u16(),
+            detail,
+            instance: String::new(),
+            errors,
+        }
+    }
+
+    /// What a plain error reply of the router or of a library says, as a problem.
+    fn of_plain(status: StatusCode, allow: Option<&str>) -> Self {
+        if status == StatusCode::NOT_FOUND {
+            return Self::new(&NO_ROUTE, NO_ROUTE.advice.to_owned(), Vec::new());
+        }
+        if status == StatusCode::METHOD_NOT_ALLOWED {
+            return Self::new(&METHOD, format!("allowed here: {}", allow.unwrap_or("nothing")), Vec::new());
+        }
+        if status == StatusCode::INTERNAL_SERVER_ERROR {
+            return Self::new(&INTERNAL, INTERNAL.advice.to_owned(), Vec::new());
+        }
+        let mut problem = Self::new(&OTHER, status.canonical_reason().unwrap_or(OTHER.title).to_owned(), Vec::new());
+        problem.status = status.as_u16();
+        problem
+    }
+}
+
+/// Gives an error reply its problem document; other replies pass as they are.
+pub fn document(response: Response, request_id: &str) -> Response {
+    let status = response.status();
+    if !status.is_client_error() && !status.is_server_error() {
+        return response;
+    }
+    let (mut parts, _) = response.into_parts();
+    let allow = parts.headers.get(header::ALLOW).and_then(|value| value.to_str().ok());
+    let mut problem = parts.extensions.remove::<Problem>().unwrap_or_else(|| Problem::of_plain(status, allow));
+    problem.instance = format!("urn:skyloom:request:{request_id}");
+    let body = serde_json::to_vec(&problem).unwrap_or_default();
+    parts.headers.remove(header::CONTENT_LENGTH);
+    parts.headers.insert(header::CONTENT_TYPE, HeaderValue::from_static("application/problem+json"));
+    parts.headers.insert(header::CACHE_CONTROL, HeaderValue::from_static("no-store"));
+    Response::from_parts(parts, Body::from(body))
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used, clippy::panic, reason = "a test stops where it fails")]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_kind_has_an_address_of_its_own() {
+        for (index, kind) in KINDS.iter().enumerate() {
+            assert!(KINDS[..index].iter().all(|other| other.slug != kind.slug), "{}", kind.slug);
+        }
+    }
+
+    #[test]
+    fn internal_causes_stay_in_the_log() {
+        let (detail, _) = ApiError::Internal("secret path".to_owned()).detail_and_errors();
+        assert!(!detail.contains("secret"));
+    }
+
+    #[test]
+    fn a_plain_405_keeps_its_allow_header() {
+        let plain = (StatusCode::METHOD_NOT_ALLOWED, [(header::ALLOW, "GET")]).into_response();
+        let response = document(plain, "7");
+        assert_eq!(response.headers()[header::ALLOW], "GET");
+        assert_eq!(response.headers()[header::CONTENT_TYPE], "application/problem+json");
+    }
+}

@@ -1,0 +1,251 @@
+//! The queue and the service over it with a renderer that does as it is told: slow, failing, panicking, losing its device.
+
+use std::sync::mpsc;
+
+use axum::body::Body;
+use axum::http::{Method, StatusCode, header};
+use axum::response::Response;
+use http_body_util::BodyExt as _;
+use serde_json::{Value, json};
+use tower::ServiceExt as _;
+
+use super::*;
+use crate::config::Config;
+use crate::routes::{App, router};
+
+/// What the fake does with one job.
+enum Act {
+    Draw,
+    /// Draws once the test says so, or sends something.
+    Hold(mpsc::Receiver<()>),
+    Panic,
+    Lose,
+    Fail,
+}
+
+/// Acts as its script says, job by job, and then draws.
+struct Fake {
+    script: Arc<Mutex<Vec<Act>>>,
+    seen: mpsc::Sender<()>,
+}
+
+impl Render for Fake {
+    fn adapter(&self) -> Adapter {
+        Adapter { name: "fake".into(), backend: "none".into(), kind: "Cpu".into(), driver: "1".into() }
+    }
+
+    fn render(&mut self, _: &Arc<Job>, watch: &Watch) -> Result<Picture, RenderError> {
+        let act = {
+            let mut script = lock(&self.script);
+            if script.is_empty() { Act::Draw } else { script.remove(0) }
+        };
+        self.seen.send(()).unwrap();
+        match act {
+            Act::Draw => {}
+            Act::Hold(until) => {
+                while until.recv_timeout(Duration::from_millis(5)) == Err(mpsc::RecvTimeoutError::Timeout) {
+                    if watch.cancelled.load(Ordering::Relaxed) {
+                        return Err(RenderError::Cancelled);
+                    }
+                }
+            }
+            Act::Panic => panic!("a test"),
+            Act::Lose => return Err(RenderError::DeviceLost("a test".into())),
+            Act::Fail => return Err(RenderError::Gpu("a test".into())),
+        }
+        Ok(Picture { shape: [1, 1, 1], timings: vec![("draw", Duration::ZERO)], encode: Box::new(|| Ok(vec![1])) })
+    }
+}
+
+struct Service {
+    app: Arc<App>,
+    made: Arc<Mutex<usize>>,
+    seen: mpsc::Receiver<()>,
+    _data: tempfile::TempDir,
+}
+
+fn service(script: Vec<Act>, depth: usize, timeout_s: u64) -> Service {
+    let data = tempfile::tempdir().unwrap();
+    let mut config = Config::default();
+    config.server.data = data.path().to_path_buf();
+    config.queue.depth = depth;
+    config.queue.timeout_s = timeout_s;
+    let (script, made) = (Arc::new(Mutex::new(script)), Arc::new(Mutex::new(0)));
+    let (sender, seen) = mpsc::channel();
+    let count = Arc::clone(&made);
+    let factory: Factory = Box::new(move || {
+        *lock(&count) += 1;
+        Ok(Box::new(Fake { script: Arc::clone(&script), seen: sender.clone() }))
+    });
+    Service { app: Arc::new(App::open(config, factory).unwrap()), made, seen, _data: data }
+}
+
+impl Service {
+    async fn send(&self, method: Method, uri: &str, body: Body) -> Response {
+        let request = axum::http::Request::builder().method(method).uri(uri).body(body).unwrap();
+        router(Arc::clone(&self.app)).oneshot(request).await.unwrap()
+    }
+
+    async fn get(&self, uri: &str) -> Response {
+        self.send(Method::GET, uri, Body::empty()).await
+    }
+
+    async fn sky(&self) -> String {
+        let scene = json!({
+            "domain": { "extent_m": 1000, "resolution": 16 },
+            "sun": { "zenith_deg": 50, "azimuth_deg": 180 },
+            "atmosphere": { "sun": [1, 1, 1], "sky": [0, 0, 0] },
+            "ground": { "albedo": [0.2, 0.2, 0.2] },
+            "layers": [],
+        });
+        let response = self.send(Method::POST, "/v1/skies", Body::from(scene.to_string())).await;
+        assert_eq!(response.status(), StatusCode::CREATED);
+        format!("/v1/skies/{}", document(response).await["id"].as_str().unwrap())
+    }
+
+    fn background(&self, uri: String) -> tokio::task::JoinHandle<Response> {
+        let router = router(Arc::clone(&self.app));
+        let request = axum::http::Request::builder().uri(uri).body(Body::empty()).unwrap();
+        tokio::spawn(async move { router.oneshot(request).await.unwrap() })
+    }
+
+    fn wait_for_render(&self) {
+        self.seen.recv_timeout(Duration::from_secs(10)).unwrap();
+    }
+}
+
+async fn document(response: Response) -> Value {
+    let bytes = response.into_body().collect().await.unwrap().to_bytes();
+    serde_json::from_slice(&bytes).unwrap()
+}
+
+async fn problem(response: Response, status: StatusCode) -> Value {
+    assert_eq!(response.status(), status);
+    assert_eq!(response.headers()[header::CONTENT_TYPE], "application/problem+json");
+    assert_eq!(response.headers()[header::CACHE_CONTROL], "no-store");
+    document(response).await
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn a_full_queue_answers_503_and_the_waiting_renders_are_done() {
+    let (release, until) = mpsc::channel();
+    let service = service(vec![Act::Hold(until)], 1, 30);
+    let sky = service.sky().await;
+    let running = service.background(format!("{sky}/shadow.f32?time=1"));
+    service.wait_for_render();
+    let waiting = service.background(format!("{sky}/shadow.f32?time=2"));
+    while service.app.queue.waiting() == 0 {
+        tokio::time::sleep(Duration::from_millis(2)).await;
+    }
+    let refused = service.get(&format!("{sky}/shadow.f32?time=3")).await;
+    assert!(refused.headers().contains_key(header::RETRY_AFTER));
+    assert_eq!(problem(refused, StatusCode::SERVICE_UNAVAILABLE).await["type"], "/problems/busy");
+    assert_eq!(service.get("/health/live").await.status(), StatusCode::OK);
+    release.send(()).unwrap();
+    assert_eq!(running.await.unwrap().status(), StatusCode::OK);
+    assert_eq!(waiting.await.unwrap().status(), StatusCode::OK);
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn a_render_past_its_deadline_answers_504_and_the_next_one_works() {
+    let (_release, until) = mpsc::channel();
+    let service = service(vec![Act::Hold(until)], 4, 1);
+    let sky = service.sky().await;
+    let late = service.get(&format!("{sky}/shadow.f32")).await;
+    problem(late, StatusCode::GATEWAY_TIMEOUT).await;
+    assert_eq!(service.get(&format!("{sky}/shadow.f32")).await.status(), StatusCode::OK);
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn a_panic_answers_500_and_the_next_render_gets_a_new_renderer() {
+    let service = service(vec![Act::Panic], 4, 30);
+    let sky = service.sky().await;
+    let failed = service.get(&format!("{sky}/shadow.f32")).await;
+    let told = problem(failed, StatusCode::INTERNAL_SERVER_ERROR).await;
+    assert!(!told["detail"].as_str().unwrap().contains("a test"), "{told}");
+    assert_eq!(service.get(&format!("{sky}/shadow.f32")).await.status(), StatusCode::OK);
+    assert_eq!(*lock(&service.made), 2);
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn a_lost_device_is_replaced_and_the_render_repeated() {
+    let service = service(vec![Act::Lose], 4, 30);
+    let sky = service.sky().await;
+    assert_eq!(service.get(&format!("{sky}/shadow.f32")).await.status(), StatusCode::OK);
+    assert_eq!(*lock(&service.made), 2);
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn a_device_lost_twice_by_one_render_answers_503_and_goes_on() {
+    let service = service(vec![Act::Lose, Act::Lose], 4, 30);
+    let sky = service.sky().await;
+    let lost = service.get(&format!("{sky}/shadow.f32")).await;
+    assert!(lost.headers().contains_key(header::RETRY_AFTER));
+    problem(lost, StatusCode::SERVICE_UNAVAILABLE).await;
+    assert_eq!(service.get(&format!("{sky}/shadow.f32")).await.status(), StatusCode::OK);
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn a_failed_render_keeps_its_renderer() {
+    let service = service(vec![Act::Fail], 4, 30);
+    let sky = service.sky().await;
+    problem(service.get(&format!("{sky}/shadow.f32")).await, StatusCode::INTERNAL_SERVER_ERROR).await;
+    assert_eq!(service.get(&format!("{sky}/shadow.f32")).await.status(), StatusCode::OK);
+    assert_eq!(*lock(&service.made), 1);
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn the_same_texture_asked_for_by_many_is_rendered_once() {
+    let (release, until) = mpsc::channel();
+    let service = service(vec![Act::Hold(until)], 1, 30);
+    let sky = service.sky().await;
+    let all: Vec<_> = (0..8).map(|_| service.background(format!("{sky}/shadow.f32"))).collect();
+    service.wait_for_render();
+    release.send(()).unwrap();
+    for one in all {
+        assert_eq!(one.await.unwrap().status(), StatusCode::OK);
+    }
+    assert!(service.seen.try_recv().is_err(), "rendered a second time");
+    let again = service.get(&format!("{sky}/shadow.f32")).await;
+    assert_eq!(again.headers()["server-timing"], "cache;desc=hit");
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn a_render_that_nobody_waits_for_is_cancelled() {
+    let (_release, until) = mpsc::channel();
+    let service = service(vec![Act::Hold(until)], 1, 30);
+    let sky = service.sky().await;
+    let gone = service.background(format!("{sky}/shadow.f32?time=1"));
+    service.wait_for_render();
+    gone.abort();
+    // Comes through at once only because the render before it stopped.
+    assert_eq!(service.get(&format!("{sky}/shadow.f32?time=2")).await.status(), StatusCode::OK);
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn without_a_device_readiness_and_textures_give_the_reason_and_the_rest_works() {
+    let data = tempfile::tempdir().unwrap();
+    let mut config = Config::default();
+    config.server.data = data.path().to_path_buf();
+    let app = App::open(config, Box::new(|| Err("install a driver".to_owned()))).unwrap();
+    let (_sender, seen) = mpsc::channel();
+    let service = Service { app: Arc::new(app), made: Arc::default(), seen, _data: data };
+    let sky = service.sky().await;
+    for uri in [format!("{sky}/shadow.f32"), "/health/ready".to_owned()] {
+        let response = service.get(&uri).await;
+        assert!(response.headers().contains_key(header::RETRY_AFTER));
+        assert_eq!(problem(response, StatusCode::SERVICE_UNAVAILABLE).await["detail"], "install a driver");
+    }
+    assert_eq!(service.get(&sky).await.status(), StatusCode::OK);
+    service.app.queue.close(Duration::from_secs(5));
+    assert!(service.app.queue.thread.is_finished());
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn readiness_ends_when_the_server_drains() {
+    let service = service(Vec::new(), 1, 30);
+    service.app.queue.started(Instant::now() + Duration::from_secs(5)).await.unwrap();
+    assert_eq!(service.get("/health/ready").await.status(), StatusCode::OK);
+    service.app.drain();
+    problem(service.get("/health/ready").await, StatusCode::SERVICE_UNAVAILABLE).await;
+}

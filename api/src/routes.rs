@@ -1,0 +1,297 @@
+//! Routes, shared state and the middleware around them.
+
+use std::path::Path as FilePath;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
+
+use axum::body::Body;
+use axum::extract::{DefaultBodyLimit, Path, Request, State};
+use axum::http::{HeaderName, HeaderValue, StatusCode, header};
+use axum::middleware::{Next, from_fn_with_state};
+use axum::response::{IntoResponse, Response};
+use axum::routing::{get, post};
+use axum::{Json, Router};
+use serde_json::{Value, json};
+use skyloom::scene::Scene;
+use skyloom::tables::{MixTables, TableLibrary};
+use tokio::sync::{Semaphore, SemaphorePermit};
+use tower_http::catch_panic::CatchPanicLayer;
+
+use crate::config::Config;
+use crate::images::{ImageStore, MEDIA_TYPES};
+use crate::problem::{self, ApiError, KINDS, field_problems};
+use crate::render_queue::{Factory, RenderQueue, State as RenderState};
+use crate::single_flight::SingleFlight;
+use crate::skies::SkyStore;
+use crate::textures::{Reply, Stopped};
+use crate::{body, presets, textures, viewer};
+
+/// Images taken in or decoded at a time: each may need a few hundred megabytes.
+const IMAGE_WORK: usize = 2;
+const REQUEST_ID: HeaderName = HeaderName::from_static("x-request-id");
+
+/// What all requests share.
+pub struct App {
+    /// Settings in force.
+    pub config: Config,
+    /// Tables of droplet mixes.
+    pub library: Arc<TableLibrary>,
+    /// Registered skies.
+    pub skies: SkyStore,
+    /// Uploaded images.
+    pub images: ImageStore,
+    /// The render thread.
+    pub queue: RenderQueue,
+    /// Encoded replies by entity tag.
+    pub replies: moka::sync::Cache<String, Arc<Reply>>,
+    /// Replies being made.
+    pub runs: SingleFlight<Result<Arc<Reply>, Stopped>>,
+    /// Tables being made or loaded.
+    pub tables: SingleFlight<Result<Arc<MixTables>, ApiError>>,
+    image_work: Semaphore,
+    draining: AtomicBool,
+    started: u64,
+    requests: AtomicU64,
+}
+
+impl std::fmt::Debug for App {
+    fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        formatter.debug_struct("App").field("config", &self.config).field("queue", &self.queue).finish_non_exhaustive()
+    }
+}
+
+/// Runs file access or computation away from the threads that serve connections.
+pub async fn blocking<T: Send + 'static>(
+    work: impl FnOnce() -> Result<T, ApiError> + Send + 'static,
+) -> Result<T, ApiError> {
+    let span = tracing::Span::current();
+    let done = tokio::task::spawn_blocking(move || span.in_scope(work)).await;
+    done.unwrap_or_else(|error| Err(ApiError::Internal(error.to_string())))
+}
+
+impl App {
+    /// Opens the stores under `config.server.data` and starts the render thread with `factory`.
+    pub fn open(config: Config, factory: Factory) -> std::io::Result<Self> {
+        let data: &FilePath = &config.server.data;
+        let (limits, cache) = (&config.limits, &config.cache);
+        let replies = moka::sync::Cache::builder()
+            .max_capacity(cache.memory_bytes)
+            .weigher(|_, reply: &Arc<Reply>| u32::try_from(reply.weight()).unwrap_or(u32::MAX))
+            .build();
+        let started = SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |since| since.as_secs());
+        Ok(Self {
+            library: Arc::new(TableLibrary::new(Some(data.join("tables")))),
+            skies: SkyStore::open(&data.join("skies"), limits.skies)?,
+            images: ImageStore::open(
+                &data.join("images"),
+                limits.image(),
+                limits.image_store_bytes,
+                cache.image_memory_bytes,
+            )?,
+            queue: RenderQueue::start(factory, config.queue.depth)?,
+            replies,
+            runs: SingleFlight::default(),
+            tables: SingleFlight::default(),
+            image_work: Semaphore::new(IMAGE_WORK),
+            draining: AtomicBool::new(false),
+            started,
+            requests: AtomicU64::new(0),
+            config,
+        })
+    }
+
+    /// A registered scene.
+    pub async fn sky(self: &Arc<Self>, id: &str) -> Result<Arc<Scene>, ApiError> {
+        if let Some(scene) = self.skies.recent(id) {
+            return Ok(scene);
+        }
+        let (app, id) = (Arc::clone(self), id.to_owned());
+        blocking(move || app.skies.get(&id)).await
+    }
+
+    /// Waits for leave to decode an image.
+    pub async fn image_work(&self) -> Result<SemaphorePermit<'_>, ApiError> {
+        self.image_work.acquire().await.map_err(|error| ApiError::Internal(error.to_string()))
+    }
+
+    /// Makes readiness end; everything else goes on.
+    pub fn drain(&self) {
+        self.draining.store(true, Ordering::Relaxed);
+    }
+
+    fn body_timeout(&self) -> Duration {
+        Duration::from_secs(self.config.server.body_timeout_s)
+    }
+}
+
+/// All routes over the shared state.
+pub fn router(app: Arc<App>) -> Router {
+    Router::new()
+        .route("/v1/skies", post(register_sky))
+        .route("/v1/skies/{id}", get(show_sky).delete(remove_sky))
+        .route("/v1/skies/{id}/{file}", get(textures::get))
+        .route("/v1/images", post(store_image))
+        .route("/v1/presets", get(list_presets))
+        .route("/v1/limits", get(show_limits))
+        .route("/health/live", get(live))
+        .route("/health/ready", get(ready))
+        .route("/problems/{slug}", get(explain))
+        .merge(viewer::routes())
+        .layer(DefaultBodyLimit::disable())
+        .layer(CatchPanicLayer::new())
+        .layer(from_fn_with_state(Arc::clone(&app), around))
+        .with_state(app)
+}
+
+/// Names, logs and times each request and gives errors their document.
+async fn around(State(app): State<Arc<App>>, request: Request, next: Next) -> Response {
+    let start = Instant::now();
+    let number = app.requests.fetch_add(1, Ordering::Relaxed);
+    let id = format!("{:x}-{number:x}", app.started);
+    let (method, path) = (request.method().clone(), request.uri().path().to_owned());
+    let span = tracing::info_span!("request", id);
+    let response = tracing::Instrument::instrument(next.run(request), span).await;
+    let mut response = problem::document(response, &id);
+    let headers = response.headers_mut();
+    headers.insert(header::X_CONTENT_TYPE_OPTIONS, HeaderValue::from_static("nosniff"));
+    if let Ok(value) = HeaderValue::from_str(&id) {
+        headers.insert(REQUEST_ID, value);
+    }
+    let (status, ms) = (response.status().as_u16(), (start.elapsed().as_secs_f64() * 1e5).round() / 100.0);
+    if path.starts_with("/health/") {
+        tracing::debug!(id, %method, path, status, ms, "answered");
+    } else {
+        tracing::info!(id, %method, path, status, ms, "answered");
+    }
+    response
+}
+
+async fn register_sky(State(app): State<Arc<App>>, request: Request) -> Result<Response, ApiError> {
+    let (parts, body) = request.into_parts();
+    let media_type = body::media_type(&parts.headers);
+    let is_json = media_type.is_empty() || media_type == "application/json" || media_type.ends_with("+json");
+    if !is_json {
+        return Err(ApiError::MediaType(format!(
+            "a scene is application/json (curl --json @scene.json), not {media_type}"
+        )));
+    }
+    let bytes = body::read(&parts.headers, body, app.config.limits.scene_bytes, app.body_timeout()).await?;
+    blocking(move || {
+        let scene = Arc::new(Scene::from_json(&bytes)?);
+        let missing = app.images.missing(&scene.image_references());
+        if !missing.is_empty() {
+            return Err(ApiError::InvalidScene(missing));
+        }
+        let id = scene.id();
+        let is_new = app.skies.insert(&id, &scene)?;
+        let status = if is_new { StatusCode::CREATED } else { StatusCode::OK };
+        let location = [(header::LOCATION, format!("/v1/skies/{id}")), (header::CACHE_CONTROL, "no-store".to_owned())];
+        Ok((status, location, Json(describe(&id, &scene))).into_response())
+    })
+    .await
+}
+
+async fn show_sky(State(app): State<Arc<App>>, Path(id): Path<String>) -> Result<Response, ApiError> {
+    let scene = app.sky(&id).await?;
+    let mut answer = describe(&id, &scene);
+    if let Some(answer) = answer.as_object_mut() {
+        answer.insert("tables".to_owned(), table_state(&app.library, &scene));
+    }
+    Ok(([(header::CACHE_CONTROL, "no-cache")], Json(answer)).into_response())
+}
+
+async fn remove_sky(State(app): State<Arc<App>>, Path(id): Path<String>) -> Result<StatusCode, ApiError> {
+    blocking(move || app.skies.remove(&id)).await?;
+    Ok(StatusCode::NO_CONTENT)
+}
+
+/// Id, normalised scene, links to its textures, and notes on fields that have no effect.
+fn describe(id: &str, scene: &Scene) -> Value {
+    let own = format!("/v1/skies/{id}");
+    json!({
+        "id": id,
+        "links": {
+            "self": own,
+            "cloud": format!("{own}/cloud.exr"),
+            "shadow": format!("{own}/shadow.exr"),
+            "irradiance": format!("{own}/irradiance.exr"),
+            "thickness": format!("{own}/thickness.exr"),
+        },
+        "notes": field_problems(scene.notes()),
+        "scene": scene.to_json(),
+    })
+}
+
+fn table_state(library: &TableLibrary, scene: &Scene) -> Value {
+    let mixes = scene.mixes();
+    let progress: Vec<_> = mixes.iter().map(|mix| (library.ready(mix), library.progress(mix))).collect();
+    let state = if progress.iter().all(|(ready, _)| *ready) {
+        "ready"
+    } else if progress.iter().any(|(_, building)| building.is_some()) {
+        "building"
+    } else {
+        "new"
+    };
+    let done: f64 = progress.iter().map(|(ready, part)| if *ready { 1.0 } else { part.unwrap_or(0.0) }).sum();
+    let count = if mixes.is_empty() { 1.0 } else { mixes.len() as f64 };
+    json!({ "state": state, "progress": if mixes.is_empty() { 1.0 } else { done / count } })
+}
+
+async fn store_image(State(app): State<Arc<App>>, request: Request) -> Result<Response, ApiError> {
+    let (parts, body) = request.into_parts();
+    let media_type = body::media_type(&parts.headers);
+    if !MEDIA_TYPES.contains(&media_type.as_str()) {
+        let wanted = MEDIA_TYPES.join(", ");
+        return Err(ApiError::MediaType(format!("Content-Type must be one of {wanted}, not {media_type:?}")));
+    }
+    let _permit = app.image_work().await?;
+    let bytes = body::read(&parts.headers, body, app.config.limits.image_bytes, app.body_timeout()).await?;
+    let app = Arc::clone(&app);
+    let stored = blocking(move || app.images.insert(&bytes)).await?;
+    let status = if stored.is_new { StatusCode::CREATED } else { StatusCode::OK };
+    let answer = json!({ "sha256": stored.sha256, "width": stored.width, "height": stored.height });
+    Ok((status, [(header::CACHE_CONTROL, "no-store")], Json(answer)).into_response())
+}
+
+async fn list_presets() -> Result<Response, ApiError> {
+    Ok(([(header::CACHE_CONTROL, "no-cache")], Json(presets::list()?)).into_response())
+}
+
+async fn show_limits(State(app): State<Arc<App>>) -> Response {
+    let Config { limits, queue, cache, server, .. } = &app.config;
+    let times = json!({ "header_timeout_s": server.header_timeout_s, "body_timeout_s": server.body_timeout_s });
+    let answer = json!({
+        "version": skyloom::VERSION, "limits": limits, "queue": queue, "cache": cache, "server": times,
+    });
+    ([(header::CACHE_CONTROL, "no-cache")], Json(answer)).into_response()
+}
+
+async fn live() -> Response {
+    ([(header::CACHE_CONTROL, "no-store")], Json(json!({ "status": "alive" }))).into_response()
+}
+
+/// Ready when a render asked for now would begin: a renderer is there, it is not stuck, and the server is not stopping.
+async fn ready(State(app): State<Arc<App>>) -> Result<Response, ApiError> {
+    if app.draining.load(Ordering::Relaxed) {
+        return Err(ApiError::NotReady("the server is stopping".to_owned()));
+    }
+    match app.queue.state() {
+        RenderState::Starting => return Err(ApiError::NotReady("the renderer is being prepared".to_owned())),
+        RenderState::Failed(reason) => return Err(ApiError::NotReady(reason)),
+        RenderState::Ready => {}
+    }
+    if let Some(busy) = app.queue.busy_for().filter(|busy| *busy > 2 * app.config.queue.timeout()) {
+        return Err(ApiError::NotReady(format!("one render has been running for {} s", busy.as_secs())));
+    }
+    let answer =
+        json!({ "status": "ready", "adapter": app.queue.adapter().as_deref(), "waiting": app.queue.waiting() });
+    Ok(([(header::CACHE_CONTROL, "no-store")], Json(answer)).into_response())
+}
+
+/// What a problem's `type` leads to.
+async fn explain(Path(slug): Path<String>) -> Result<Response, ApiError> {
+    let kind = KINDS.iter().find(|kind| kind.slug == slug).ok_or(ApiError::NoRoute)?;
+    let text = format!("{} ({})\n\n{}\n", kind.title, kind.status, kind.advice);
+    Ok(([(header::CONTENT_TYPE, "text/plain; charset=utf-8")], Body::from(text)).into_response())
+}

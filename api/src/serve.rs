@@ -1,0 +1,176 @@
+//! Listening, serving connections, and stopping without cutting anyone off.
+
+use std::io::Write as _;
+use std::net::SocketAddr;
+use std::sync::Arc;
+use std::time::Duration;
+
+use axum::Router;
+use hyper::server::conn::http1;
+use hyper_util::rt::{TokioIo, TokioTimer};
+use hyper_util::server::graceful::GracefulShutdown;
+use hyper_util::service::TowerToHyperService;
+use tokio::net::{TcpListener, TcpStream};
+use tokio::sync::Semaphore;
+
+use crate::config::Config;
+use crate::render_queue::core_factory;
+use crate::routes::{App, router};
+
+/// How long the render thread gets to let go of the device when everything else has ended.
+const FAREWELL: Duration = Duration::from_secs(5);
+/// Pause after a connection could not be accepted (out of file descriptors, usually).
+const ACCEPT_PAUSE: Duration = Duration::from_millis(100);
+
+/// Serves until SIGTERM or SIGINT; the error says what kept it from starting.
+pub fn serve(config: Config) -> Result<(), String> {
+    let runtime = tokio::runtime::Builder::new_multi_thread()
+        .enable_all()
+        .build()
+        .map_err(|error| format!("starting threads: {error}"))?;
+    let result = runtime.block_on(run(config));
+    // Tables that are still being computed hold no data of users; they are not waited for.
+    runtime.shutdown_background();
+    result
+}
+
+async fn run(config: Config) -> Result<(), String> {
+    let mut stop = StopSignals::install()?;
+    let listen = config.server.listen;
+    let listener = TcpListener::bind(listen).await.map_err(|error| format!("listening on {listen}: {error}"))?;
+    let address = listener.local_addr().map_err(|error| format!("listening on {listen}: {error}"))?;
+    let factory = core_factory(config.render.wanted());
+    let data = config.server.data.clone();
+    let app = App::open(config, factory).map_err(|error| format!("data folder {}: {error}", data.display()))?;
+    let app = Arc::new(app);
+    announce(address).map_err(|error| format!("writing to stdout: {error}"))?;
+    tracing::info!(%address, data = %data.display(), version = skyloom::VERSION, "listening");
+
+    let connections = accept(&app, listener, &mut stop).await;
+    let grace = Duration::from_secs(app.config.server.grace_s);
+    tokio::select! {
+        () = connections.shutdown() => tracing::info!("all connections ended"),
+        () = tokio::time::sleep(grace) => tracing::warn!("some requests did not finish in time"),
+        _ = stop.received() => tracing::warn!("told to stop a second time: running requests are cut off"),
+    }
+    app.queue.close(FAREWELL);
+    Ok(())
+}
+
+/// The one line on stdout, for scripts that asked for port 0.
+fn announce(address: SocketAddr) -> std::io::Result<()> {
+    let mut stdout = std::io::stdout().lock();
+    writeln!(stdout, "listening on http://{address}")?;
+    stdout.flush()
+}
+
+/// Takes connections until told to stop; gives those that are still open.
+async fn accept(app: &Arc<App>, listener: TcpListener, stop: &mut StopSignals) -> GracefulShutdown {
+    let graceful = GracefulShutdown::new();
+    let places = Arc::new(Semaphore::new(app.config.server.connections));
+    let router = router(Arc::clone(app));
+    let header_timeout = Duration::from_secs(app.config.server.header_timeout_s);
+    let take = async {
+        loop {
+            let Ok(place) = Arc::clone(&places).acquire_owned().await else { return };
+            match listener.accept().await {
+                Ok((stream, _)) => {
+                    let connection = connection(stream, router.clone(), header_timeout, &graceful);
+                    tokio::spawn(async move {
+                        connection.await;
+                        drop(place);
+                    });
+                }
+                Err(error) => {
+                    tracing::warn!(%error, "a connection could not be accepted");
+                    tokio::time::sleep(ACCEPT_PAUSE).await;
+                }
+            }
+        }
+    };
+    let stopped = async {
+        if stop.received().await == Stop::Orderly {
+            app.drain();
+            let drain = Duration::from_secs(app.config.server.drain_s);
+            tracing::info!(drain_s = drain.as_secs(), "stopping: no longer ready");
+            tokio::time::sleep(drain).await;
+        }
+    };
+    tokio::select! {
+        () = take => {}
+        () = stopped => {}
+    }
+    app.drain();
+    tracing::info!("stopping: running requests are finished, new connections refused");
+    graceful
+}
+
+/// Serves one connection; `axum::serve` would set no limit on the time a request's head may take.
+fn connection(
+    stream: TcpStream,
+    router: Router,
+    header_timeout: Duration,
+    graceful: &GracefulShutdown,
+) -> impl Future<Output = ()> + use<> {
+    if let Err(error) = stream.set_nodelay(true) {
+        tracing::debug!(%error, "set_nodelay");
+    }
+    let connection = http1::Builder::new()
+        .timer(TokioTimer::new())
+        .header_read_timeout(header_timeout)
+        .serve_connection(TokioIo::new(stream), TowerToHyperService::new(router));
+    let watched = graceful.watch(connection);
+    async move {
+        if let Err(error) = watched.await {
+            tracing::debug!(%error, "a connection ended early");
+        }
+    }
+}
+
+/// Why the server stops.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Stop {
+    /// SIGTERM: a supervisor takes it out of service first.
+    Orderly,
+    /// SIGINT: somebody waits at a terminal.
+    AtOnce,
+}
+
+#[cfg(unix)]
+struct StopSignals {
+    terminate: tokio::signal::unix::Signal,
+    interrupt: tokio::signal::unix::Signal,
+}
+
+#[cfg(unix)]
+impl StopSignals {
+    fn install() -> Result<Self, String> {
+        use tokio::signal::unix::{SignalKind, signal};
+        let install = |kind| signal(kind).map_err(|error| format!("signal handler: {error}"));
+        Ok(Self { terminate: install(SignalKind::terminate())?, interrupt: install(SignalKind::interrupt())? })
+    }
+
+    async fn received(&mut self) -> Stop {
+        tokio::select! {
+            _ = self.terminate.recv() => Stop::Orderly,
+            _ = self.interrupt.recv() => Stop::AtOnce,
+        }
+    }
+}
+
+#[cfg(not(unix))]
+struct StopSignals;
+
+#[cfg(not(unix))]
+impl StopSignals {
+    fn install() -> Result<Self, String> {
+        Ok(Self)
+    }
+
+    async fn received(&mut self) -> Stop {
+        if tokio::signal::ctrl_c().await.is_err() {
+            std::future::pending::<()>().await;
+        }
+        Stop::AtOnce
+    }
+}

@@ -1,0 +1,16 @@
+// Irradiance of the ground on the exchange grid: the sun's beam, shifted along its ray, and light from the cloud base.
+@group(0) @binding(0) var<uniform> exchange: Exchange;
+@group(0) @binding(1) var beam: texture_2d<f32>;
+@group(0) @binding(2) var down: texture_2d<f32>;
+@group(0) @binding(3) var repeat: sampler;
+@group(0) @binding(4) var irradiance_out: texture_storage_2d<rgba32float, write>;
+
+@compute @workgroup_size(16, 16)
+fn main(@builtin(global_invocation_id) id: vec3<u32>) {
+    if id.x >= exchange.texels || id.y >= exchange.texels {
+        return;
+    }
+    let uv = (vec2<f32>(id.xy) + 0.5) / f32(exchange.texels);
+    let direct = sample_periodic(beam, repeat, uv + exchange.shift_uv, 0u).rgb;
+    textureStore(irradiance_out, id.xy, vec4<f32>(direct + gather_light(down, repeat, exchange, uv), 0.0));
+}

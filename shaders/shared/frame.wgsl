@@ -1,0 +1,74 @@
+// Structs that the host fills. Their twins are in src/gpu/layout.rs; a reflection test compares the two.
+
+// One moment of one scene.
+struct Frame {
+    sun: vec4<f32>,           // xyz: towards the sun (east, north, up); w: cosine of its zenith, at least MIN_COSINE
+    sun_light: vec4<f32>,     // rgb: irradiance facing the sun, 0 below the horizon; w: cosine of the zenith, at least 0
+    sky_light: vec4<f32>,     // rgb: radiance
+    extinction: vec4<f32>,    // per metre: 650, 550, 450 nm; w: 550 nm
+    beam: vec4<f32>,          // part of extinction that takes light out of the 5-degree beam; w: 550 nm
+    smooth_part: vec4<f32>,   // rgb: 1 - albedo * forward peak: extinction of the medium without its peak
+    smooth_albedo: vec4<f32>, // rgb: single-scattering albedo of that medium
+    offset_uv: vec2<f32>,     // where the wind has carried the field
+    extent_m: f32,
+    base_m: f32,
+    depth_m: f32,             // no cloud is thicker
+    texel_m: f32,             // of the thickness map
+    max_steps: u32,           // of a march through the layer
+    spare: u32,
+}
+
+// One output texture, or a band of its rows.
+struct View {
+    towards: vec4<f32>,       // xyz: towards the viewer of a parallel view; w: 1 for a perspective view
+    eye: vec4<f32>,           // xyz: the viewer of a perspective view, metres
+    size: u32,                // texels a side
+    first_row: u32,
+    rows: u32,
+    from_above: u32,
+    part: u32,                // irradiance: 0 total, 1 direct, 2 diffuse
+    peak: u32,                // 1: light scattered by less than 5 degrees counts as beam
+    top_m: f32,               // height of the highest top
+    spare: u32,
+}
+
+// Light between cloud base and ground on a square grid.
+struct Exchange {
+    shift_uv: vec2<f32>,      // from a ground point to where its sun ray crosses the cloud base
+    texels: u32,              // a side
+    samples: u32,             // a side, of the thickness map in one texel
+    weights: vec4<f32>,       // of the four rings
+    levels: vec4<f32>,        // mip level of each ring
+    offsets_uv: vec4<f32>,    // of each ring's four taps
+}
+
+// What all texels of the exchange have in common: written by exchange_budget.
+struct Budget {
+    scale: vec4<f32>,         // rgb: factor that balances the energy of the pass
+    change: vec4<f32>,        // rgb: largest change of irradiance since the last pass, relative to its mean
+}
+
+// A synthetic field.
+struct Pattern {
+    seed: u32,
+    octaves: u32,             // of the noise
+    cells: u32,               // a side
+    kind: u32,                // 0 closed, 1 open, 2 fractal
+    cell_share: f32,          // of the cells in the Gaussian field
+    noise_scale: f32,         // brings the noise to a standard deviation of 1
+    spread: f32,              // of the logarithm of water path
+    threshold: f32,           // water path below which there is no cloud
+    scale_m: f32,             // thickness at a water path of 1 above the threshold
+    clip_m: f32,              // thickness that is never reached
+    width: u32,
+    spare: u32,
+}
+
+// Grazing rays are computed at this cosine at least: 0.006 degrees above the horizon.
+const MIN_COSINE: f32 = 1e-4;
+const PI: f32 = 3.14159265358979;
+
+// Place on the domain of a point given in metres; row 0 of a map is the north edge.
+fn domain_uv(position_m: vec2<f32>, extent_m: f32) -> vec2<f32> {
+    return vec2<f32>(0.5 + position_m.x / extent_m, 0.5 - position_m.y / extent_m);
+}

@@ -1,0 +1,57 @@
+// Tiling noise on hashed lattices: the period of a lattice is a whole number, so tiles meet exactly.
+
+// Standard deviation of noise_gradient, measured over many lattices.
+const GRADIENT_NOISE_STD: f32 = 0.2151;
+
+// Hash of a lattice point (Jarzynski and Olano 2020, "pcg2d").
+fn noise_hash(x: u32, y: u32) -> vec2<u32> {
+    var v = vec2<u32>(x, y) * 1664525u + 1013904223u;
+    v.x += v.y * 1664525u;
+    v.y += v.x * 1664525u;
+    v ^= v >> vec2<u32>(16u);
+    v.x += v.y * 1664525u;
+    v.y += v.x * 1664525u;
+    return v ^ (v >> vec2<u32>(16u));
+}
+
+// Two uniform numbers in [0, 1) for a lattice point of a periodic lattice.
+fn noise_pair(cell: vec2<i32>, period: i32, seed: u32) -> vec2<f32> {
+    let wrapped = vec2<u32>(((cell % period) + period) % period);
+    let salt = noise_hash(seed, 0x9e3779b9u);
+    let bits = noise_hash(wrapped.x ^ salt.x, wrapped.y ^ salt.y);
+    return vec2<f32>(bits >> vec2<u32>(8u)) / 16777216.0;
+}
+
+fn noise_slope(cell: vec2<i32>, period: i32, seed: u32, from_cell: vec2<f32>) -> f32 {
+    let angle = 2.0 * PI * noise_pair(cell, period, seed).x;
+    return cos(angle) * from_cell.x + sin(angle) * from_cell.y;
+}
+
+// Gradient noise (Perlin 2002: quintic fade), mean 0, at a place in lattice units.
+fn noise_gradient(place: vec2<f32>, period: i32, seed: u32) -> f32 {
+    let cell = vec2<i32>(floor(place));
+    let t = place - floor(place);
+    let fade = t * t * t * (t * (t * 6.0 - 15.0) + 10.0);
+    let a = noise_slope(cell, period, seed, t);
+    let b = noise_slope(cell + vec2<i32>(1, 0), period, seed, t - vec2<f32>(1.0, 0.0));
+    let c = noise_slope(cell + vec2<i32>(0, 1), period, seed, t - vec2<f32>(0.0, 1.0));
+    let d = noise_slope(cell + vec2<i32>(1, 1), period, seed, t - vec2<f32>(1.0, 1.0));
+    return mix(mix(a, b, fade.x), mix(c, d, fade.x), fade.y);
+}
+
+// Distance to the second nearest feature point minus that to the nearest, cell units (Worley 1996).
+fn noise_cell_edge(place: vec2<f32>, period: i32, seed: u32) -> f32 {
+    let cell = vec2<i32>(floor(place));
+    let t = place - floor(place);
+    var nearest = 9.0;
+    var second = 9.0;
+    for (var y = -1; y <= 1; y++) {
+        for (var x = -1; x <= 1; x++) {
+            let neighbour = vec2<i32>(x, y);
+            let away = length(vec2<f32>(neighbour) + noise_pair(cell + neighbour, period, seed) - t);
+            second = min(second, max(nearest, away));
+            nearest = min(nearest, away);
+        }
+    }
+    return second - nearest;
+}

@@ -1,0 +1,15 @@
+// Output: geometric thickness, metres.
+@group(0) @binding(0) var<uniform> frame: Frame;
+@group(0) @binding(1) var<uniform> view: View;
+@group(0) @binding(2) var thickness: texture_2d<f32>;
+@group(0) @binding(3) var repeat: sampler;
+@group(0) @binding(4) var<storage, read_write> output: array<f32>;
+
+@compute @workgroup_size(16, 16)
+fn main(@builtin(global_invocation_id) id: vec3<u32>) {
+    if id.x >= view.size || id.y >= view.rows {
+        return;
+    }
+    let uv = (vec2<f32>(f32(id.x), f32(id.y + view.first_row)) + 0.5) / f32(view.size);
+    output[id.y * view.size + id.x] = sample_periodic(thickness, repeat, uv + frame.offset_uv, 0u).x;
+}

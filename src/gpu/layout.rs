@@ -1,0 +1,125 @@
+//! Host structs of the shaders: the same names, order and offsets as `shaders/shared/frame.wgsl`. A reflection test
+//! (`tests/layout.rs`) compares the two. Meanings are told there.
+
+use bytemuck::{Pod, Zeroable};
+
+/// Grazing rays are computed at this cosine at least: 0.006 degrees above the horizon.
+pub const MIN_COSINE: f32 = 1e-4;
+
+/// One moment of one scene.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, Pod, Zeroable)]
+pub struct Frame {
+    /// Towards the sun; w: cosine for tables.
+    pub sun: [f32; 4],
+    /// Irradiance facing the sun; w: cosine of zenith, at least 0.
+    pub sun_light: [f32; 4],
+    /// Radiance of the sky.
+    pub sky_light: [f32; 4],
+    /// Extinction per metre; w: 550 nm.
+    pub extinction: [f32; 4],
+    /// Part of extinction that takes light out of the 5-degree beam; w: 550 nm.
+    pub beam: [f32; 4],
+    /// Extinction of the medium without its forward peak, relative.
+    pub smooth_part: [f32; 4],
+    /// Single-scattering albedo of that medium.
+    pub smooth_albedo: [f32; 4],
+    /// Where the wind has carried the field.
+    pub offset_uv: [f32; 2],
+    /// Side of the domain.
+    pub extent_m: f32,
+    /// Height of the cloud base.
+    pub base_m: f32,
+    /// No cloud is thicker.
+    pub depth_m: f32,
+    /// Of the thickness map.
+    pub texel_m: f32,
+    /// Of a march through the layer.
+    pub max_steps: u32,
+    /// Unused.
+    pub spare: u32,
+}
+
+/// One output texture, or a band of its rows.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, Pod, Zeroable)]
+pub struct View {
+    /// Towards the viewer of a parallel view; w: 1 for a perspective view.
+    pub towards: [f32; 4],
+    /// The viewer of a perspective view.
+    pub eye: [f32; 4],
+    /// Texels a side.
+    pub size: u32,
+    /// First row of the band.
+    pub first_row: u32,
+    /// Rows of the band.
+    pub rows: u32,
+    /// 1: seen from above.
+    pub from_above: u32,
+    /// Irradiance: 0 total, 1 direct, 2 diffuse.
+    pub part: u32,
+    /// 1: light scattered by less than 5 degrees counts as beam.
+    pub peak: u32,
+    /// Height of the highest top.
+    pub top_m: f32,
+    /// Unused.
+    pub spare: u32,
+}
+
+/// Light between cloud base and ground.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, Pod, Zeroable)]
+pub struct Exchange {
+    /// From a ground point to where its sun ray crosses the cloud base.
+    pub shift_uv: [f32; 2],
+    /// Texels a side.
+    pub texels: u32,
+    /// Samples a side of the thickness map in one texel.
+    pub samples: u32,
+    /// Of the four rings.
+    pub weights: [f32; 4],
+    /// Mip level of each ring.
+    pub levels: [f32; 4],
+    /// Of each ring's taps.
+    pub offsets_uv: [f32; 4],
+}
+
+/// What all texels of the exchange have in common.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, Pod, Zeroable)]
+pub struct Budget {
+    /// Factor that balances the energy of a pass.
+    pub scale: [f32; 4],
+    /// Largest relative change since the last pass.
+    pub change: [f32; 4],
+}
+
+/// A synthetic field.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, Pod, Zeroable)]
+pub struct Pattern {
+    /// Picks one field of many.
+    pub seed: u32,
+    /// Of the noise.
+    pub octaves: u32,
+    /// Cells a side.
+    pub cells: u32,
+    /// 0 closed, 1 open, 2 fractal.
+    pub kind: u32,
+    /// Of the cells in the Gaussian field.
+    pub cell_share: f32,
+    /// Brings the noise to a standard deviation of 1.
+    pub noise_scale: f32,
+    /// Of the logarithm of water path.
+    pub spread: f32,
+    /// Water path below which there is no cloud.
+    pub threshold: f32,
+    /// Thickness at a water path of 1 above the threshold.
+    pub scale_m: f32,
+    /// Thickness that is never reached.
+    pub clip_m: f32,
+    /// Texels a side.
+    pub width: u32,
+    /// Unused.
+    pub spare: u32,
+}

@@ -1,0 +1,201 @@
+//! Kernels (compiled entry points) and the textures and buffers they work on.
+
+use super::shaders::{self, Shader};
+use super::{Gpu, GpuError};
+use crate::shade::HostMap;
+use std::collections::HashMap;
+use std::time::Instant;
+use wgpu::util::DeviceExt as _;
+
+/// A compiled entry point.
+pub(crate) struct Kernel {
+    pipeline: wgpu::ComputePipeline,
+    layout: wgpu::BindGroupLayout,
+    workgroup: [u32; 3],
+    label: &'static str,
+}
+
+/// Every kernel, by the name of its shader.
+pub(crate) struct Kernels(HashMap<&'static str, Kernel>);
+
+impl Kernels {
+    pub(super) fn new(device: &wgpu::Device, filtering: bool) -> Self {
+        let compile = |shader: &Shader| {
+            let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
+                label: Some(shader.label),
+                source: wgpu::ShaderSource::Wgsl(shader.source(filtering).into()),
+            });
+            let pipeline = device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
+                label: Some(shader.label),
+                layout: None,
+                module: &module,
+                entry_point: Some("main"),
+                compilation_options: Default::default(),
+                cache: None,
+            });
+            let layout = pipeline.get_bind_group_layout(0);
+            (shader.label, Kernel { pipeline, layout, workgroup: shader.workgroup, label: shader.label })
+        };
+        Self(shaders::ALL.iter().map(compile).collect())
+    }
+
+    /// The kernel of a shader. Every shader of [`shaders::ALL`] has one.
+    pub(crate) fn get(&self, shader: &Shader) -> &Kernel {
+        &self.0[shader.label]
+    }
+}
+
+/// What is bound to a kernel, in the order of its `@binding` numbers.
+pub(crate) enum Bind<'a> {
+    Buffer(&'a wgpu::Buffer),
+    View(&'a wgpu::TextureView),
+    Sampler(&'a wgpu::Sampler),
+}
+
+/// A 2-D float texture with its views.
+pub(crate) struct Target {
+    texture: wgpu::Texture,
+    /// All mip levels, for sampling.
+    pub(crate) view: wgpu::TextureView,
+    /// One level each, for writing.
+    pub(crate) levels: Vec<wgpu::TextureView>,
+    pub(crate) width: u32,
+    pub(crate) height: u32,
+    channels: u32,
+}
+
+impl Target {
+    /// Width and height of a mip level.
+    pub(crate) fn level_size(&self, level: usize) -> [u32; 2] {
+        [(self.width >> level).max(1), (self.height >> level).max(1)]
+    }
+}
+
+impl Gpu {
+    /// A texture of one (`R32Float`) or four (`Rgba32Float`) floats a texel.
+    pub(crate) fn texture(&self, label: &str, size: [u32; 2], channels: u32, levels: u32) -> Target {
+        let format = if channels == 1 { wgpu::TextureFormat::R32Float } else { wgpu::TextureFormat::Rgba32Float };
+        let texture = self.device.create_texture(&wgpu::TextureDescriptor {
+            label: Some(label),
+            size: wgpu::Extent3d { width: size[0], height: size[1], depth_or_array_layers: 1 },
+            mip_level_count: levels,
+            sample_count: 1,
+            dimension: wgpu::TextureDimension::D2,
+            format,
+            usage: wgpu::TextureUsages::TEXTURE_BINDING
+                | wgpu::TextureUsages::STORAGE_BINDING
+                | wgpu::TextureUsages::COPY_DST
+                | wgpu::TextureUsages::COPY_SRC,
+            view_formats: &[],
+        });
+        let level = |i| {
+            texture.create_view(&wgpu::TextureViewDescriptor {
+                base_mip_level: i,
+                mip_level_count: Some(1),
+                ..Default::default()
+            })
+        };
+        let (view, levels) = (texture.create_view(&Default::default()), (0..levels).map(level).collect());
+        Target { texture, view, levels, width: size[0], height: size[1], channels }
+    }
+
+    /// A texture filled from the host: rows of `size[0]` texels of 1 or 4 floats.
+    pub(crate) fn texture_from(&self, label: &str, size: [u32; 2], channels: u32, data: &[f32]) -> Target {
+        let target = self.texture(label, size, channels, 1);
+        self.queue.write_texture(
+            target.texture.as_image_copy(),
+            bytemuck::cast_slice(data),
+            wgpu::TexelCopyBufferLayout {
+                offset: 0,
+                bytes_per_row: Some(4 * channels * size[0]),
+                rows_per_image: Some(size[1]),
+            },
+            wgpu::Extent3d { width: size[0], height: size[1], depth_or_array_layers: 1 },
+        );
+        target
+    }
+
+    /// A uniform buffer holding one host struct.
+    pub(crate) fn uniform(&self, label: &str, value: &impl bytemuck::NoUninit) -> wgpu::Buffer {
+        self.device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
+            label: Some(label),
+            contents: bytemuck::bytes_of(value),
+            usage: wgpu::BufferUsages::UNIFORM,
+        })
+    }
+
+    /// A zeroed storage buffer of `count` floats.
+    pub(crate) fn storage(&self, label: &str, count: usize) -> wgpu::Buffer {
+        self.device.create_buffer(&wgpu::BufferDescriptor {
+            label: Some(label),
+            size: 4 * count as u64,
+            usage: wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_SRC | wgpu::BufferUsages::COPY_DST,
+            mapped_at_creation: false,
+        })
+    }
+
+    /// Copies one mip level to the host.
+    pub(crate) fn read_map(
+        &self,
+        target: &Target,
+        level: usize,
+        deadline: Option<Instant>,
+    ) -> Result<HostMap, GpuError> {
+        let [width, height] = target.level_size(level);
+        let row = 4 * target.channels * width;
+        let padded = row.next_multiple_of(wgpu::COPY_BYTES_PER_ROW_ALIGNMENT);
+        let buffer = self.storage("read_map", (padded * height / 4) as usize);
+        let mut encoder =
+            self.device.create_command_encoder(&wgpu::CommandEncoderDescriptor { label: Some("read_map") });
+        let mut source = target.texture.as_image_copy();
+        source.mip_level = level as u32;
+        encoder.copy_texture_to_buffer(
+            source,
+            wgpu::TexelCopyBufferInfo {
+                buffer: &buffer,
+                layout: wgpu::TexelCopyBufferLayout {
+                    offset: 0,
+                    bytes_per_row: Some(padded),
+                    rows_per_image: Some(height),
+                },
+            },
+            wgpu::Extent3d { width, height, depth_or_array_layers: 1 },
+        );
+        self.queue.submit([encoder.finish()]);
+        let floats = self.read(&buffer, (padded * height / 4) as usize, deadline)?;
+        let rows = floats.chunks(padded as usize / 4);
+        let data = rows.flat_map(|padded| &padded[..row as usize / 4]).copied().collect();
+        Ok(HostMap { width, height, channels: target.channels, data })
+    }
+
+    /// Puts one dispatch into a pass, with as many workgroups as cover `size` invocations.
+    pub(crate) fn dispatch(
+        &self,
+        pass: &mut wgpu::ComputePass<'_>,
+        shader: &Shader,
+        binds: &[Bind<'_>],
+        size: [u32; 2],
+    ) {
+        let kernel = self.kernels.get(shader);
+        let entries: Vec<_> = (0..)
+            .zip(binds)
+            .map(|(binding, bind)| wgpu::BindGroupEntry {
+                binding,
+                resource: match bind {
+                    Bind::Buffer(buffer) => buffer.as_entire_binding(),
+                    Bind::View(view) => wgpu::BindingResource::TextureView(view),
+                    Bind::Sampler(sampler) => wgpu::BindingResource::Sampler(sampler),
+                },
+            })
+            .collect();
+        let group = self.device.create_bind_group(&wgpu::BindGroupDescriptor {
+            label: Some(kernel.label),
+            layout: &kernel.layout,
+            entries: &entries,
+        });
+        pass.set_pipeline(&kernel.pipeline);
+        pass.set_bind_group(0, &group, &[]);
+        let groups = [size[0].div_ceil(kernel.workgroup[0]), size[1].div_ceil(kernel.workgroup[1])];
+        pass.dispatch_workgroups(groups[0], groups[1], 1);
+    }
+}

@@ -1,0 +1,66 @@
+//! Which WGSL files make which shader. Module scope has no order in WGSL, so the files are simply joined.
+
+/// A compute shader: its entry point is `main`.
+#[derive(Debug)]
+pub struct Shader {
+    /// Its name, and that of its file.
+    pub label: &'static str,
+    /// Invocations in a workgroup; a test compares it with the entry point's attribute.
+    pub workgroup: [u32; 3],
+    parts: &'static [&'static str],
+}
+
+macro_rules! wgsl {
+    ($name:literal) => {
+        include_str!(concat!(env!("CARGO_MANIFEST_DIR"), "/shaders/", $name, ".wgsl"))
+    };
+}
+
+const FRAME: &str = wgsl!("shared/frame");
+const FILTERED: &str = wgsl!("shared/sampling_filtered");
+const LOADED: &str = wgsl!("shared/sampling_loaded");
+const NOISE: &str = wgsl!("shared/noise");
+const PATH: &str = wgsl!("shared/path");
+const SLAB: &str = wgsl!("shared/slab");
+const SUN: &str = wgsl!("shared/sun");
+const GATHER: &str = wgsl!("shared/gather");
+
+impl Shader {
+    /// The whole source; `filtering` false for devices that do not filter 32-bit floats.
+    pub fn source(&self, filtering: bool) -> String {
+        let mut source = self.parts.concat();
+        source.push_str(if filtering { FILTERED } else { LOADED });
+        source
+    }
+}
+
+macro_rules! shaders {
+    ($($id:ident: $name:literal, $workgroup:expr, [$($part:ident),*];)+) => {
+        $(
+            #[doc = concat!("`shaders/", $name, ".wgsl`")]
+            pub const $id: Shader =
+                Shader { label: $name, workgroup: $workgroup, parts: &[FRAME, $($part,)* wgsl!($name)] };
+        )+
+        /// Every shader.
+        pub const ALL: &[Shader] = &[$($id),+];
+    };
+}
+
+const IMAGE: [u32; 3] = [16, 16, 1];
+
+shaders! {
+    SELF_TEST: "self_test", [1, 1, 1], [];
+    FIELD_NOISE: "field_noise", IMAGE, [NOISE];
+    FIELD_THICKNESS: "field_thickness", IMAGE, [];
+    DOWNSAMPLE: "downsample", IMAGE, [];
+    BASE_LIGHT: "base_light", IMAGE, [PATH, SLAB, SUN];
+    EXCHANGE_EMIT: "exchange_emit", IMAGE, [];
+    EXCHANGE_REFLECT: "exchange_reflect", IMAGE, [GATHER];
+    EXCHANGE_BUDGET: "exchange_budget", [256, 1, 1], [];
+    EXCHANGE_DOWN: "exchange_down", IMAGE, [];
+    EXCHANGE_RETURN: "exchange_return", IMAGE, [GATHER];
+    THICKNESS: "thickness", IMAGE, [];
+    SHADOW: "shadow", IMAGE, [PATH];
+    IRRADIANCE: "irradiance", IMAGE, [PATH, SLAB, SUN, GATHER];
+    CLOUD: "cloud", IMAGE, [PATH, SLAB];
+}

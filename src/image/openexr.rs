@@ -1,0 +1,186 @@
+//! OpenEXR: blocks are found through the offset table and checked before the codecs of the `exr` crate see them.
+
+mod header;
+
+use std::panic::{AssertUnwindSafe, catch_unwind};
+
+use exr::math::Vec2;
+use exr::meta::attribute::{Compression, IntegerBounds, SampleType};
+use half::f16;
+
+use self::header::Layout;
+use super::{Image, ImageEncoding, ImageError, ImageLimits};
+
+/// First bytes of every OpenEXR file.
+pub(super) const MAGIC: [u8; 4] = [0x76, 0x2f, 0x31, 0x01];
+
+fn broken(reason: impl ToString) -> ImageError {
+    ImageError::Broken(reason.to_string())
+}
+
+/// Reads little-endian numbers from the front of a byte slice.
+struct Bytes<'a>(&'a [u8]);
+
+impl<'a> Bytes<'a> {
+    fn array<const N: usize>(&mut self) -> Result<[u8; N], ImageError> {
+        let (head, rest) = self.0.split_first_chunk::<N>().ok_or_else(|| broken("the file ends too early"))?;
+        self.0 = rest;
+        Ok(*head)
+    }
+
+    fn u8(&mut self) -> Result<u8, ImageError> {
+        self.array().map(u8::from_le_bytes)
+    }
+
+    fn i32(&mut self) -> Result<i32, ImageError> {
+        self.array().map(i32::from_le_bytes)
+    }
+
+    fn u64(&mut self) -> Result<u64, ImageError> {
+        self.array().map(u64::from_le_bytes)
+    }
+
+    /// The next `count` bytes; a negative count is an error.
+    fn take(&mut self, count: i32) -> Result<&'a [u8], ImageError> {
+        let (head, rest) = usize::try_from(count)
+            .ok()
+            .and_then(|count| self.0.split_at_checked(count))
+            .ok_or_else(|| broken("a length reaches beyond the end of the file"))?;
+        self.0 = rest;
+        Ok(head)
+    }
+
+    /// The bytes up to the next zero byte, which is passed over; names are at most 255 bytes.
+    fn name(&mut self) -> Result<&'a [u8], ImageError> {
+        let end = self.0.iter().take(256).position(|&byte| byte == 0).ok_or_else(|| broken("a name has no end"))?;
+        let (name, rest) = self.0.split_at(end);
+        self.0 = rest.get(1..).unwrap_or_default();
+        Ok(name)
+    }
+}
+
+/// Decodes an OpenEXR file; see [`super::decode`].
+pub(super) fn decode(bytes: &[u8], limits: &ImageLimits) -> Result<Image, ImageError> {
+    let mut rest = Bytes(bytes.get(MAGIC.len()..).unwrap_or_default());
+    let layout = Layout::read(&mut rest, limits)?;
+    // All blocks are located before the texels are allocated, so a header alone costs no memory.
+    let blocks = locate_blocks(bytes, &mut rest, &layout)?;
+
+    let width = layout.width as usize;
+    let channels = layout.chosen.len();
+    let mut data = vec![0.0_f32; width * layout.height as usize * channels];
+    for (section, stored) in blocks {
+        let samples = decompress(&layout, section, stored)?;
+        let Vec2(columns, rows) = section.size;
+        let (left, top) = (section.position.x() as usize, section.position.y() as usize);
+        let line_bytes = layout.bytes_per_texel * columns;
+        for (row, line) in samples.chunks_exact(line_bytes).take(rows).enumerate() {
+            let start = ((top + row) * width + left) * channels;
+            let target =
+                data.get_mut(start..start + columns * channels).ok_or_else(|| broken("a block is misplaced"))?;
+            for (channel, source) in layout.chosen.iter().enumerate() {
+                let first = source.byte_offset * columns;
+                let values = line
+                    .get(first..first + source.sample_type.bytes_per_sample() * columns)
+                    .ok_or_else(|| broken("a block is too short"))?;
+                copy_channel(values, source.sample_type, target.iter_mut().skip(channel).step_by(channels));
+            }
+        }
+    }
+    if data.iter().any(|value| !value.is_finite()) {
+        return Err(ImageError::NotFinite);
+    }
+    let channels = if channels == 1 { 1 } else { 3 };
+    Ok(Image { width: layout.width, height: layout.height, channels, data, encoding: ImageEncoding::Float })
+}
+
+/// Converts the samples of one channel in one line.
+fn copy_channel<'a>(values: &[u8], sample_type: SampleType, target: impl Iterator<Item = &'a mut f32>) {
+    match sample_type {
+        SampleType::F16 => {
+            let (values, _) = values.as_chunks::<2>();
+            target.zip(values).for_each(|(to, &from)| *to = f16::from_ne_bytes(from).to_f32());
+        }
+        SampleType::F32 => {
+            let (values, _) = values.as_chunks::<4>();
+            target.zip(values).for_each(|(to, &from)| *to = f32::from_ne_bytes(from));
+        }
+        SampleType::U32 => {
+            let (values, _) = values.as_chunks::<4>();
+            target.zip(values).for_each(|(to, &from)| *to = u32::from_ne_bytes(from) as f32);
+        }
+    }
+}
+
+/// Place and stored bytes of every block of the largest level. The offset table lists them from the top whatever
+/// the order of the rows in the file is.
+fn locate_blocks<'a>(
+    bytes: &'a [u8],
+    table: &mut Bytes<'_>,
+    layout: &Layout,
+) -> Result<Vec<(IntegerBounds, &'a [u8])>, ImageError> {
+    let (columns, rows) = layout.block_counts();
+    // Every block has an entry of 8 bytes in the table, so this many cannot exceed the size of the file.
+    if table.0.len() / 8 < columns * rows {
+        return Err(broken("the file is too short for its number of blocks"));
+    }
+    let mut blocks = Vec::with_capacity(columns * rows);
+    for row in 0..rows {
+        for column in 0..columns {
+            let offset = usize::try_from(table.u64()?).map_err(broken)?;
+            let mut block =
+                Bytes(bytes.get(offset..).ok_or_else(|| broken("a block lies beyond the end of the file"))?);
+            let section = layout.section(column, row);
+            let placed = if layout.tiled {
+                let place = [block.i32()?, block.i32()?, block.i32()?, block.i32()?];
+                place.map(i64::from) == [column as i64, row as i64, 0, 0]
+            } else {
+                i64::from(block.i32()?) == layout.first_row + i64::from(section.position.y())
+            };
+            if !placed {
+                return Err(broken("the offset table does not lead to its blocks"));
+            }
+            let size = block.i32()?;
+            let stored = block.take(size)?;
+            // Blocks that do not shrink are stored raw, so none is larger than its texels.
+            if stored.is_empty() || stored.len() > layout.bytes_per_texel * section.size.area() {
+                return Err(broken("a block has an impossible size"));
+            }
+            blocks.push((section, stored));
+        }
+    }
+    Ok(blocks)
+}
+
+/// The samples of one block, line by line and in a line channel by channel, in the byte order of this machine.
+fn decompress(layout: &Layout, section: IntegerBounds, stored: &[u8]) -> Result<Vec<u8>, ImageError> {
+    let header = &layout.header;
+    let raw = stored.len() == layout.bytes_per_texel * section.size.area();
+    if !raw && matches!(header.compression, Compression::DWAA(_) | Compression::DWAB(_)) {
+        check_dwa_sizes(layout, section, stored)?;
+    }
+    // The codecs index by what they read; that of B44 panics on blocks that end early. They touch nothing but buffers of
+    // their own, so nothing is left half done.
+    let decoded = catch_unwind(AssertUnwindSafe(|| {
+        header.compression.decompress_image_section_from_le(header, stored.to_vec(), section, false)
+    }));
+    match decoded {
+        Ok(samples) => samples.map_err(broken),
+        Err(_) => Err(broken("a compressed block is damaged")),
+    }
+}
+
+/// A DWA block begins with sizes and counts by which the codec allocates; a failed allocation could not be caught.
+fn check_dwa_sizes(layout: &Layout, section: IntegerBounds, stored: &[u8]) -> Result<(), ImageError> {
+    let mut sizes = Bytes(stored);
+    let _version = sizes.u64()?;
+    // Blocks of 8 x 8 texels are padded; run lengths take up to twice what they stand for.
+    let Vec2(columns, rows) = section.size;
+    let padded = columns.next_multiple_of(8) * rows.next_multiple_of(8) * layout.bytes_per_texel;
+    for _ in 0..9 {
+        if sizes.u64()? > 2 * padded as u64 {
+            return Err(broken("a compressed block claims an impossible size"));
+        }
+    }
+    Ok(())
+}

@@ -1,0 +1,238 @@
+//! What droplets do to light: extinction, albedo and phase function of a droplet mix in the three
+//! channels.
+//!
+//! Takes a [`Mix`] (droplet sizes, or a phase function given outright), gives a [`Channel`] for
+//! each of red, green and blue. Droplets are spheres of water (Lorenz-Mie theory, [`mie`]; index of
+//! refraction, [`water`]) with modified-gamma sizes ([`size`]), averaged over radii and a narrow
+//! band of wavelengths ([`ensemble`]). All in f64; results do not depend on the number of threads.
+//!
+//! Sources: C. F. Bohren and D. R. Huffman, "Absorption and Scattering of Light by Small Particles"
+//! (1983); W. J. Wiscombe, "Improved Mie scattering algorithms" (1980); J. E. Hansen and L. D.
+//! Travis, "Light scattering in planetary atmospheres" (1974); IAPWS R9-97; D. J. Segelstein
+//! (1981); L. G. Henyey and J. L. Greenstein, "Diffuse radiation in the galaxy" (1941).
+
+use std::fmt::Write as _;
+use std::ops::RangeInclusive;
+use std::sync::Arc;
+
+use sha2::{Digest, Sha256};
+
+pub mod ensemble;
+pub mod mie;
+pub mod moments;
+pub mod phase;
+pub mod quadrature;
+pub mod size;
+mod store;
+pub mod water;
+
+pub use ensemble::Sampling;
+pub use moments::{moments, resum};
+pub use phase::{Cut, PhaseFunction};
+pub use quadrature::gauss_legendre;
+pub use size::SizeDistribution;
+
+/// Wavelengths of the channels red, green, blue, nm.
+pub const WAVELENGTHS_NM: [f64; 3] = [650.0, 550.0, 450.0];
+/// Effective radii accepted, µm.
+pub const EFFECTIVE_RADIUS_UM: RangeInclusive<f64> = 0.5..=50.0;
+/// Broadness parameters of the sizes accepted.
+pub const BROADNESS: RangeInclusive<f64> = 0.5..=20.0;
+/// Real parts of the refractive index accepted.
+pub const REAL_INDEX: RangeInclusive<f64> = 1.01..=2.0;
+/// Largest size of the asymmetry of a Henyey-Greenstein phase function.
+pub const MAX_ASYMMETRY: f64 = 0.99;
+
+/// Moments kept for phase functions that are given outright: 0.99^l is 2e-9 there.
+const GIVEN_MOMENTS: usize = 2000;
+
+/// A droplet mix without its number density. Two mixes are equal when their [`Mix::key`]s are.
+#[derive(Clone, Debug)]
+pub enum Mix {
+    /// Water droplets with modified-gamma sizes.
+    Gamma {
+        /// Effective radius, µm, in [`EFFECTIVE_RADIUS_UM`].
+        effective_radius_um: f64,
+        /// Broadness b of N(r) ~ r^(b-1) exp(-r/r_n), in [`BROADNESS`].
+        broadness: f64,
+        /// Real parts of the refractive index for red, green, blue in place of water's own, each in
+        /// [`REAL_INDEX`].
+        refractive_index: Option<[f64; 3]>,
+    },
+    /// Henyey and Greenstein's phase function; extinction is the caller's.
+    HenyeyGreenstein {
+        /// Mean cosine of the scattering angle, at most [`MAX_ASYMMETRY`] in size.
+        asymmetry: f64,
+        /// Single-scattering albedo, 0..1.
+        albedo: f64,
+    },
+    /// A phase function given by a table; extinction is the caller's.
+    Tabulated {
+        /// (scattering angle in degrees, value proportional to P), see
+        /// [`PhaseFunction::tabulated`].
+        points: Arc<[(f64, f64)]>,
+        /// Single-scattering albedo, 0..1.
+        albedo: f64,
+    },
+}
+
+impl Mix {
+    /// Stable text that names the mix exactly (all numbers by their bits); letters, digits and
+    /// hyphens only.
+    #[must_use]
+    pub fn key(&self) -> String {
+        match self {
+            Self::Gamma { effective_radius_um, broadness, refractive_index } => {
+                let index = refractive_index
+                    .map_or_else(|| "water".to_owned(), |[r, g, b]| format!("{}-{}-{}", bits(r), bits(g), bits(b)));
+                format!("gamma-{}-{}-{index}", bits(*effective_radius_um), bits(*broadness))
+            }
+            Self::HenyeyGreenstein { asymmetry, albedo } => {
+                format!("hg-{}-{}", bits(*asymmetry), bits(*albedo))
+            }
+            Self::Tabulated { points, albedo } => {
+                let mut hash = Sha256::new();
+                for (angle, value) in points.iter() {
+                    hash.update((angle + 0.0).to_bits().to_le_bytes());
+                    hash.update((value + 0.0).to_bits().to_le_bytes());
+                }
+                let mut key = "table-".to_owned();
+                for byte in hash.finalize().iter().take(16) {
+                    // Writing to a String cannot fail.
+                    let _ = write!(key, "{byte:02x}");
+                }
+                format!("{key}-{}", bits(*albedo))
+            }
+        }
+    }
+
+    /// The mix in words, for logs and messages.
+    #[must_use]
+    pub fn describe(&self) -> String {
+        match self {
+            Self::Gamma { effective_radius_um, broadness, refractive_index } => {
+                let index = refractive_index
+                    .map_or_else(String::new, |[r, g, b]| format!(", refractive index {r}/{g}/{b} (red/green/blue)"));
+                format!("water droplets, effective radius {effective_radius_um} µm, broadness {broadness}{index}")
+            }
+            Self::HenyeyGreenstein { asymmetry, albedo } => {
+                format!("Henyey-Greenstein phase function, asymmetry {asymmetry}, albedo {albedo}")
+            }
+            Self::Tabulated { points, albedo } => {
+                format!("phase function of {} points, albedo {albedo}", points.len())
+            }
+        }
+    }
+}
+
+impl PartialEq for Mix {
+    fn eq(&self, other: &Self) -> bool {
+        self.key() == other.key()
+    }
+}
+
+impl Eq for Mix {}
+
+/// Exact text of a number; both zeros give the same.
+fn bits(value: f64) -> String {
+    format!("{:016x}", (value + 0.0).to_bits())
+}
+
+/// Optics of a droplet mix in one channel.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Channel {
+    /// Mean extinction cross-section of a droplet, µm²; 0 where extinction is the caller's.
+    /// Extinction in 1/m is number_per_cm3 * 1e6 * cross_section_um2 * 1e-12.
+    pub cross_section_um2: f64,
+    /// Single-scattering albedo, 0..1.
+    pub albedo: f64,
+    /// Mean cosine of the scattering angle, -1..1: that of `phase`, equal to `moments[1]`.
+    pub asymmetry: f64,
+    /// Phase function.
+    pub phase: PhaseFunction,
+    /// Legendre moments chi_l of `phase`, chi_0 = 1, as many as it takes until they have died out.
+    pub moments: Vec<f64>,
+}
+
+/// Optics of a mix in red, green, blue with the usual sampling; seconds for droplets, more for
+/// larger ones.
+///
+/// `progress` is called from several threads with values that rise from 0 to 1 (two threads may
+/// report in the wrong order); 1 comes last.
+///
+/// # Errors
+/// What is out of range and what is allowed.
+pub fn channels(mix: &Mix, progress: &(dyn Fn(f64) + Sync)) -> Result<[Channel; 3], String> {
+    channels_sampled(mix, &Sampling::default(), progress)
+}
+
+/// As [`channels`] with a given number of spheres per channel.
+///
+/// # Errors
+/// What is out of range and what is allowed.
+pub fn channels_sampled(
+    mix: &Mix,
+    sampling: &Sampling,
+    progress: &(dyn Fn(f64) + Sync),
+) -> Result<[Channel; 3], String> {
+    match mix {
+        Mix::Gamma { effective_radius_um, broadness, refractive_index } => {
+            check("effective radius in µm", *effective_radius_um, &EFFECTIVE_RADIUS_UM)?;
+            check("broadness", *broadness, &BROADNESS)?;
+            for index in refractive_index.iter().flatten() {
+                check("refractive index", *index, &REAL_INDEX)?;
+            }
+            let sizes = SizeDistribution { effective_radius_um: *effective_radius_um, broadness: *broadness };
+            let channel = |c: usize| -> Result<Channel, String> {
+                let mean = ensemble::ensemble(
+                    &sizes,
+                    WAVELENGTHS_NM[c],
+                    refractive_index.map(|index| index[c]),
+                    sampling,
+                    &|part| progress((c as f64 + part) / 3.0),
+                )?;
+                let count = moment_count(&sizes, WAVELENGTHS_NM[c]);
+                Ok(finish(mean.cross_section_um2, mean.albedo, mean.phase, count))
+            };
+            let all = [channel(0)?, channel(1)?, channel(2)?];
+            progress(1.0);
+            Ok(all)
+        }
+        Mix::HenyeyGreenstein { asymmetry, albedo } => {
+            given(PhaseFunction::henyey_greenstein(*asymmetry)?, *albedo, progress)
+        }
+        Mix::Tabulated { points, albedo } => given(PhaseFunction::tabulated(points)?, *albedo, progress),
+    }
+}
+
+/// Three equal channels of a phase function given outright.
+fn given(phase: PhaseFunction, albedo: f64, progress: &(dyn Fn(f64) + Sync)) -> Result<[Channel; 3], String> {
+    check("albedo", albedo, &(0.0..=1.0))?;
+    let channel = finish(0.0, albedo, phase, GIVEN_MOMENTS);
+    progress(1.0);
+    Ok([channel.clone(), channel.clone(), channel])
+}
+
+/// A channel with its moments.
+fn finish(cross_section_um2: f64, albedo: f64, phase: PhaseFunction, count: usize) -> Channel {
+    let moments = moments(&phase, count);
+    Channel { cross_section_um2, albedo, asymmetry: moments[1], phase, moments }
+}
+
+/// Moments after which nothing is left of a droplet mix's phase function. The intensity scattered
+/// by a sphere of size x has no moments beyond 2x: twice the size parameter beyond which next to no
+/// area lies.
+fn moment_count(sizes: &SizeDistribution, wavelength_nm: f64) -> usize {
+    let largest = sizes.sampler().largest_um();
+    let size = std::f64::consts::TAU * largest / (wavelength_nm * 1e-3);
+    ((2.0 * size).ceil() as usize + 16).clamp(256, 8192)
+}
+
+/// Says what is wrong with a value outside its range.
+fn check(what: &str, value: f64, range: &RangeInclusive<f64>) -> Result<(), String> {
+    if range.contains(&value) {
+        Ok(())
+    } else {
+        Err(format!("the {what} {value} is not in {}..{}", range.start(), range.end()))
+    }
+}

@@ -1,0 +1,30 @@
+//! Readable twins, in double precision, of the shaders: one file per WGSL file, the same names, so that the two can be
+//! read side by side. `tests/twins.rs` gives each twin what the device had and compares what comes out.
+//!
+//! A twin's `main` is what the shader's `main` writes, for the whole image. Bindings become arguments: host structs as
+//! they are, textures as [`Map`]s, a texture with mip levels as a slice of them. Where a shader guards against rounding,
+//! the twin computes the plain formula; where it guards against what the host must not send, the twin asserts. Series
+//! that the shaders need near 0 are `exp_m1` here: of the two, the twin is the accurate one.
+
+pub mod base_light;
+pub mod cloud;
+pub mod downsample;
+pub mod exchange_budget;
+pub mod exchange_down;
+pub mod exchange_emit;
+pub mod exchange_reflect;
+pub mod exchange_return;
+pub mod field_noise;
+pub mod field_thickness;
+pub mod frame;
+pub mod gather;
+pub mod irradiance;
+pub mod map;
+pub mod noise;
+pub mod path;
+pub mod shadow;
+pub mod slab;
+pub mod sun;
+pub mod thickness;
+
+pub use map::Map;

@@ -1,0 +1,111 @@
+//! Textures and their samples. Twin of `shaders/shared/sampling_*.wgsl`.
+
+use glam::{DVec3, DVec4};
+use rayon::prelude::*;
+
+/// A texture, or one mip level of it: rows of texels, row 0 first (north).
+#[derive(Debug, Clone, PartialEq)]
+pub struct Map {
+    /// Texels in a row, at least 1.
+    pub width: usize,
+    /// Rows, at least 1.
+    pub height: usize,
+    /// The texels, `width * height` of them.
+    pub texels: Vec<[f64; 4]>,
+}
+
+impl Map {
+    /// A map of host data: rows of texels of `channels` (1 to 4) floats. Missing channels are 0.
+    pub fn from_f32(width: usize, height: usize, channels: usize, data: &[f32]) -> Self {
+        assert_eq!(data.len(), width * height * channels, "a map of {width} x {height} x {channels}");
+        let texel = |values: &[f32]| std::array::from_fn(|i| values.get(i).map_or(0.0, |value| f64::from(*value)));
+        Self { width, height, texels: data.chunks_exact(channels).map(texel).collect() }
+    }
+
+    /// A map computed texel by texel from column and row; rows run on all cores.
+    pub fn from_fn(width: usize, height: usize, texel: impl Fn(usize, usize) -> [f64; 4] + Sync) -> Self {
+        let row = |y: usize| {
+            let texel = &texel;
+            (0..width).map(move |x| texel(x, y))
+        };
+        Self { width, height, texels: (0..height).into_par_iter().flat_map_iter(row).collect() }
+    }
+
+    /// A texel by column and row, which must lie inside.
+    pub fn texel(&self, x: usize, y: usize) -> [f64; 4] {
+        debug_assert!(x < self.width && y < self.height, "texel ({x}, {y}) outside");
+        self.texels[y * self.width + x]
+    }
+
+    /// Bilinear sample of a map that repeats with period 1 in uv; texel centres lie at half-integers.
+    pub fn sample_periodic(&self, uv: [f64; 2]) -> [f64; 4] {
+        let axis = |uv: f64, size: usize| {
+            let place = (uv - uv.floor()) * size as f64 - 0.5;
+            let low = (place.floor() as i64).rem_euclid(size as i64) as usize;
+            (low, (low + 1) % size, place - place.floor())
+        };
+        self.blend(axis(uv[0], self.width), axis(uv[1], self.height))
+    }
+
+    /// Bilinear sample of a map that continues its edge texels outside 0..1.
+    pub fn sample_clamped(&self, uv: [f64; 2]) -> [f64; 4] {
+        let axis = |uv: f64, size: usize| {
+            let place = (uv * size as f64 - 0.5).clamp(0.0, (size - 1) as f64);
+            let low = place as usize;
+            (low, (low + 1).min(size - 1), place - low as f64)
+        };
+        self.blend(axis(uv[0], self.width), axis(uv[1], self.height))
+    }
+
+    /// Columns and rows of the four texels (lower, higher), and the weight of the higher one on each axis.
+    fn blend(&self, x: (usize, usize, f64), y: (usize, usize, f64)) -> [f64; 4] {
+        let at = |x, y| DVec4::from_array(self.texel(x, y));
+        let top = at(x.0, y.0).lerp(at(x.1, y.0), x.2);
+        let bottom = at(x.0, y.1).lerp(at(x.1, y.1), x.2);
+        top.lerp(bottom, y.2).to_array()
+    }
+}
+
+/// The three colours of a texel.
+pub(super) fn rgb(texel: [f64; 4]) -> DVec3 {
+    DVec4::from_array(texel).truncate()
+}
+
+/// A texel of three colours; the fourth channel is 0.
+pub(super) fn texel(colour: DVec3) -> [f64; 4] {
+    colour.extend(0.0).to_array()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Map;
+
+    fn columns(values: [f32; 4]) -> Map {
+        Map::from_f32(4, 1, 1, &values)
+    }
+
+    #[test]
+    fn centres_and_wrap() {
+        let map = columns([1.0, 2.0, 4.0, 8.0]);
+        for (x, value) in [(0.125, 1.0), (0.25, 1.5), (0.875, 8.0), (1.0, 4.5), (-0.125, 8.0), (5.375, 2.0)] {
+            assert_eq!(map.sample_periodic([x, 0.3])[0], value, "at {x}");
+        }
+    }
+
+    #[test]
+    fn clamps() {
+        let map = columns([1.0, 2.0, 4.0, 8.0]);
+        for (x, value) in [(f64::NEG_INFINITY, 1.0), (0.0, 1.0), (0.25, 1.5), (0.875, 8.0), (2.0, 8.0)] {
+            assert_eq!(map.sample_clamped([x, 0.3])[0], value, "at {x}");
+        }
+    }
+
+    #[test]
+    fn rows_come_first() {
+        let map = Map::from_fn(2, 3, |x, y| [x as f64, y as f64, 0.0, 0.0]);
+        assert_eq!(map.texel(1, 2), [1.0, 2.0, 0.0, 0.0]);
+        assert_eq!(map.sample_clamped([0.5, 0.5]), [0.5, 1.0, 0.0, 0.0]);
+        // Half-way between the last row and the first.
+        assert_eq!(map.sample_periodic([0.25, 1.0]), [0.0, 1.0, 0.0, 0.0]);
+    }
+}

@@ -1,0 +1,453 @@
+//! From a scene and a request to a texture: the stages in order, and what is kept between requests.
+
+mod frame;
+mod inspect;
+mod kept;
+
+pub use inspect::Stages;
+
+use crate::encode::{self, EncodeError};
+use crate::field::{self, Field};
+use crate::gpu::layout::View;
+use crate::gpu::{AdapterSummary, Gpu, GpuError, Target};
+use crate::image::Image;
+use crate::light::{self, Light};
+use crate::request::{self, Format, Request, Side, TextureKind, Viewer};
+use crate::scene::{FieldError, Scene};
+use crate::shade::{self, DeviceTables, HostTables};
+use crate::tables::MixTables;
+use kept::Kept;
+use std::collections::HashMap;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::{Duration, Instant};
+
+/// How a renderer is opened.
+#[derive(Debug, Clone)]
+pub struct RendererOptions {
+    /// Part of the wanted adapter's name; the best one when `None`.
+    pub adapter: Option<String>,
+    /// Let the device filter 32-bit floats if it can. Off, the slower path of devices that can't is used.
+    pub filtering: bool,
+}
+
+impl Default for RendererOptions {
+    fn default() -> Self {
+        Self { adapter: None, filtering: true }
+    }
+}
+
+/// One texture to make.
+#[derive(Debug, Clone)]
+pub struct Job {
+    /// The scene.
+    pub scene: Arc<Scene>,
+    /// What is asked of it.
+    pub request: Request,
+    /// Tables of the scene's mixes, in the order of [`Scene::mixes`].
+    pub tables: Vec<Arc<MixTables>>,
+    /// The images that the scene names, by SHA-256.
+    pub images: HashMap<String, Arc<Image>>,
+}
+
+/// How a running job is stopped: it is looked at between submissions to the device.
+#[derive(Debug, Clone, Default)]
+pub struct Watch {
+    /// When the result is no longer wanted.
+    pub deadline: Option<Instant>,
+    /// Set from another thread to drop the job.
+    pub cancelled: Arc<AtomicBool>,
+}
+
+impl Watch {
+    fn look(&self) -> Result<(), RenderError> {
+        if self.cancelled.load(Ordering::Acquire) {
+            return Err(RenderError::Cancelled);
+        }
+        match self.deadline {
+            Some(deadline) if Instant::now() >= deadline => Err(RenderError::Deadline),
+            _ => Ok(()),
+        }
+    }
+}
+
+/// Why a texture was not made.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum RenderError {
+    /// Nobody waits for it any more.
+    #[error("the request was cancelled")]
+    Cancelled,
+    /// It took too long.
+    #[error("the deadline passed")]
+    Deadline,
+    /// The device is gone: drop the renderer and open a new one.
+    #[error("the graphics device was lost: {0}")]
+    DeviceLost(String),
+    /// The driver failed.
+    #[error("{0}")]
+    Gpu(String),
+    /// An image that the scene names was not handed over.
+    #[error("the image {0} is missing")]
+    MissingImage(String),
+    /// The request does not fit the scene.
+    #[error("{}", .0.iter().map(|e| format!("{}: {}", e.pointer, e.detail)).collect::<Vec<_>>().join("; "))]
+    Invalid(Vec<FieldError>),
+}
+
+impl From<GpuError> for RenderError {
+    fn from(error: GpuError) -> Self {
+        match error {
+            GpuError::Lost(text) => Self::DeviceLost(text),
+            // The device may still be busy with what was given up: a new one is needed.
+            GpuError::Timeout => Self::DeviceLost(error.to_string()),
+            GpuError::NoAdapter(text) | GpuError::Failed(text) => Self::Gpu(text),
+        }
+    }
+}
+
+/// A texture on the host.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Texture {
+    /// Texels in a row.
+    pub width: u32,
+    /// Rows.
+    pub height: u32,
+    /// Names of the channels.
+    pub channels: &'static [&'static str],
+    /// Linear values, row 0 (north) first, channels interleaved.
+    pub data: Vec<f32>,
+    /// Value that a picture shows as white, before exposure.
+    pub white: f32,
+    /// Height of the plane that the texels lie in, metres.
+    pub plane_m: f64,
+    /// What each stage took; those that were kept from earlier requests are absent.
+    pub timings: Vec<(&'static str, Duration)>,
+}
+
+/// The renderer: a device, and what it keeps between requests.
+pub struct Renderer {
+    gpu: Gpu,
+    tables: Kept<(Arc<HostTables>, Arc<DeviceTables>)>,
+    fields: Kept<Arc<Field>>,
+    closures: Kept<Arc<Target>>,
+    lights: Kept<Arc<Light>>,
+}
+
+impl std::fmt::Debug for Renderer {
+    fn fmt(&self, out: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        out.debug_struct("Renderer").field("gpu", &self.gpu).finish_non_exhaustive()
+    }
+}
+
+/// Scenes, suns and moments whose results stay on the device.
+const KEPT: usize = 8;
+
+impl Renderer {
+    /// Opens the best adapter, compiles every shader, tests the driver and renders one small sky, so that the first
+    /// request finds everything warm.
+    ///
+    /// # Errors
+    /// [`GpuError::NoAdapter`] says what to install.
+    pub fn new(options: &RendererOptions) -> Result<Self, GpuError> {
+        let gpu = Gpu::open(options.adapter.as_deref(), options.filtering)?;
+        let kept = || Kept::new(KEPT);
+        let mut renderer =
+            Self { gpu, tables: kept(), fields: Kept::new(KEPT), closures: Kept::new(KEPT), lights: Kept::new(KEPT) };
+        renderer.warm_up().map_err(|e| GpuError::Failed(e.to_string()))?;
+        Ok(renderer)
+    }
+
+    /// The adapter in use.
+    pub fn adapter(&self) -> &AdapterSummary {
+        &self.gpu.summary
+    }
+
+    /// Drivers compile a shader at its first dispatch: each runs once on a tiny scene.
+    fn warm_up(&mut self) -> Result<(), RenderError> {
+        const SCENE: &[u8] = br#"{"domain": {"resolution": 4}, "layers": [{"thickness": {"kind": "stratocumulus"},
+            "droplets": {"henyey_greenstein": 0, "extinction_per_m": 0.01}}]}"#;
+        let scene = Scene::from_json(SCENE).map_err(|e| RenderError::Gpu(e.to_string()))?;
+        let tables = scene.mixes().iter().map(|mix| MixTables::build(mix, &|_| ()).map(Arc::new)).collect();
+        let tables = Result::<Vec<_>, _>::map_err(tables, |e| RenderError::Gpu(e.to_string()))?;
+        let scene = Arc::new(scene);
+        for texture in TextureKind::ALL {
+            let request = Request::new(texture, Format::F32);
+            let job = Job { scene: Arc::clone(&scene), request, tables: tables.clone(), images: HashMap::new() };
+            self.render(&job, &Watch::default())?;
+        }
+        Ok(())
+    }
+
+    /// Makes a texture.
+    ///
+    /// # Errors
+    /// See [`RenderError`]; after [`RenderError::DeviceLost`] the renderer is of no more use.
+    pub fn render(&mut self, job: &Job, watch: &Watch) -> Result<Texture, RenderError> {
+        job.request.check(&job.scene).map_err(RenderError::Invalid)?;
+        let mut clock = Clock::default();
+        let size = job.request.size.unwrap_or(job.scene.domain.resolution);
+        let (data, white, plane_m) = match (job.scene.layers.first(), job.tables.first()) {
+            (Some(_), Some(_)) => self.with_clouds(job, watch, size, &mut clock)?,
+            _ => (frame::clear_sky(&job.scene, &job.request, size), 1.0, 0.0),
+        };
+        let mut texture = Texture {
+            width: size,
+            height: size,
+            channels: job.request.texture.channels(),
+            data,
+            white: if job.request.texture == TextureKind::Thickness { white } else { self.white(job) },
+            plane_m,
+            timings: clock.timings,
+        };
+        finish(&mut texture, &job.request);
+        self.gpu.check()?;
+        Ok(texture)
+    }
+
+    fn with_clouds(
+        &mut self,
+        job: &Job,
+        watch: &Watch,
+        size: u32,
+        clock: &mut Clock,
+    ) -> Result<(Vec<f32>, f32, f64), RenderError> {
+        watch.look()?;
+        let needs = job.request.texture;
+        let lit = matches!(needs, TextureKind::Cloud | TextureKind::Irradiance);
+        let field = clock.time("field", || self.field(job, watch))?;
+        let moment = frame::Moment::new(job, &field);
+        let frame_uniform = self.gpu.uniform("frame", &moment.frame);
+        watch.look()?;
+        let tables = match lit {
+            true => Some(clock.time("tables", || Ok::<_, RenderError>(self.device_tables(&moment, job)))?),
+            false => None,
+        };
+        let light = match &tables {
+            Some((_, tables)) => {
+                Some(clock.time("light", || self.light(job, watch, &field, &moment, &frame_uniform, tables))?)
+            }
+            None => None,
+        };
+        let closure = match &tables {
+            Some((host, _)) if needs == TextureKind::Cloud => {
+                Some(clock.time("closure", || Ok::<_, RenderError>(self.closure(job, host, &moment)))?)
+            }
+            _ => None,
+        };
+        let exchange = self.gpu.uniform("exchange", &moment.grid.exchange(&moment.frame));
+        let inputs = shade::Inputs {
+            frame: &frame_uniform,
+            exchange: &exchange,
+            field: &field,
+            tables: tables.as_ref().map(|(_, device)| &**device),
+            closure: closure.as_deref(),
+            light: light.as_deref(),
+        };
+        let view = view(job, size, &moment)?;
+        let data = clock.time("shade", || self.bands(needs, &inputs, &view, watch))?;
+        let plane_m = if needs == TextureKind::Cloud { moment.plane_m(&job.request) } else { 0.0 };
+        Ok((data, field.depth_m.max(1.0), plane_m))
+    }
+
+    fn bands(
+        &self,
+        texture: TextureKind,
+        inputs: &shade::Inputs<'_>,
+        view: &View,
+        watch: &Watch,
+    ) -> Result<Vec<f32>, RenderError> {
+        let rows = shade::band_rows(view.size);
+        let mut data = Vec::with_capacity(view.size as usize * view.size as usize * texture.channels().len());
+        for first_row in (0..view.size).step_by(rows as usize) {
+            watch.look()?;
+            let band = View { first_row, rows: rows.min(view.size - first_row), ..*view };
+            data.extend(shade::band(&self.gpu, texture, inputs, &band, watch.deadline)?);
+        }
+        Ok(data)
+    }
+
+    fn field(&mut self, job: &Job, watch: &Watch) -> Result<Arc<Field>, RenderError> {
+        let (domain, thickness) = (&job.scene.domain, &job.scene.layers[0].thickness);
+        let key = format!("{domain:?} {thickness:?}");
+        self.fields.get_or(&key, || {
+            let image = frame::thickness_image(job)?;
+            let (resolution, extent_m) = (domain.resolution, job.scene.extent_m());
+            let field = field::thickness(&self.gpu, thickness, resolution, extent_m, image, watch.deadline)?;
+            Ok(Arc::new(field))
+        })
+    }
+
+    fn device_tables(&mut self, moment: &frame::Moment, job: &Job) -> (Arc<HostTables>, Arc<DeviceTables>) {
+        let key = moment.mix_key(job);
+        let made = self.tables.get_or::<std::convert::Infallible>(&key, || {
+            let host = HostTables::new(&job.tables[0], moment.extinction_per_m);
+            let device = DeviceTables::new(&self.gpu, &host);
+            Ok((Arc::new(host), Arc::new(device)))
+        });
+        match made {
+            Ok(tables) => tables,
+            Err(never) => match never {},
+        }
+    }
+
+    fn closure(&mut self, job: &Job, host: &HostTables, moment: &frame::Moment) -> Arc<Target> {
+        let cosine: f64 = moment.frame.sun[3].into();
+        let key = format!("{} {cosine}", moment.mix_key(job));
+        let made = self.closures.get_or::<std::convert::Infallible>(&key, || {
+            let map = shade::closure(&job.tables[0], host.ratio, cosine);
+            Ok(Arc::new(shade::upload(&self.gpu, "closure", &map)))
+        });
+        match made {
+            Ok(closure) => closure,
+            Err(never) => match never {},
+        }
+    }
+
+    fn light(
+        &mut self,
+        job: &Job,
+        watch: &Watch,
+        field: &Field,
+        moment: &frame::Moment,
+        frame_uniform: &wgpu::Buffer,
+        tables: &DeviceTables,
+    ) -> Result<Arc<Light>, RenderError> {
+        let key = format!("{} {} {}", job.scene.id(), moment.time_key(job), job.request.tolerance);
+        self.lights.get_or(&key, || {
+            let albedo = moment.albedo(job)?;
+            let inputs = light::LightInputs {
+                frame: &moment.frame,
+                frame_uniform,
+                thickness: &field.thickness,
+                tables,
+                plan: &moment.grid,
+                dark_ground: albedo.data.iter().all(|value| *value == 0.0),
+                albedo: shade::upload(&self.gpu, "albedo", &albedo),
+                tolerance: job.request.tolerance,
+            };
+            Ok(Arc::new(light::light(&self.gpu, inputs, watch.deadline)?))
+        })
+    }
+
+    /// White of a picture: a white, diffuse surface above the clouds under the scene's light.
+    fn white(&self, job: &Job) -> f32 {
+        let irradiance = frame::irradiance_above(&job.scene).into_iter().fold(0.0, f64::max);
+        let white = match job.request.texture {
+            TextureKind::Cloud => irradiance / std::f64::consts::PI,
+            TextureKind::Irradiance => irradiance,
+            TextureKind::Shadow | TextureKind::Thickness => 1.0,
+        };
+        if white > 0.0 { white as f32 } else { 1.0 }
+    }
+}
+
+/// The host struct of a view, without its band.
+fn view(job: &Job, size: u32, moment: &frame::Moment) -> Result<View, RenderError> {
+    let request = &job.request;
+    let (mut towards, mut eye) = ([0.0; 4], [0.0; 4]);
+    match request.viewer {
+        Viewer::Parallel(direction) => towards[..3].copy_from_slice(&direction.map(|part| part as f32)),
+        Viewer::At(place) => {
+            let plane_m = moment.plane_m(request);
+            let (wrong_side, where_to) = match request.side {
+                Side::Below => (place[2] >= plane_m, "below the cloud base"),
+                Side::Above => (place[2] <= plane_m, "above the highest cloud top"),
+            };
+            if wrong_side {
+                let detail = format!("z = {} m is not {where_to}, {plane_m} m", place[2]);
+                return Err(RenderError::Invalid(vec![FieldError { pointer: "eye".to_owned(), detail }]));
+            }
+            towards[3] = 1.0;
+            eye[..3].copy_from_slice(&place.map(|part| part as f32));
+        }
+    }
+    Ok(View {
+        towards,
+        eye,
+        size,
+        first_row: 0,
+        rows: size,
+        from_above: (request.side == Side::Above).into(),
+        part: match request.component {
+            request::Component::Total => 0,
+            request::Component::Direct => 1,
+            request::Component::Diffuse => 2,
+        },
+        peak: request.peak.into(),
+        top_m: moment.top_m as f32,
+        spare: 0,
+    })
+}
+
+/// What a request asks of finished texels: alpha, scale.
+fn finish(texture: &mut Texture, request: &Request) {
+    let (channels, scale) = (texture.channels.len(), request.scale as f32);
+    let picture = request.format == Format::Png && request.encoding == request::Encoding::Srgb;
+    for texel in texture.data.chunks_mut(channels) {
+        let (colour, alpha) = texel.split_at_mut(channels.min(3));
+        // A picture's white goes with the light, so a scale would cancel.
+        let mut factor = if picture { 1.0 } else { scale };
+        if let (true, Some(alpha)) = (request.straight_alpha, alpha.first()) {
+            factor = if *alpha > 0.0 { factor / alpha } else { 0.0 };
+        }
+        colour.iter_mut().for_each(|value| *value *= factor);
+    }
+}
+
+/// Stage times.
+#[derive(Default)]
+struct Clock {
+    timings: Vec<(&'static str, Duration)>,
+}
+
+impl Clock {
+    fn time<T, E>(&mut self, stage: &'static str, work: impl FnOnce() -> Result<T, E>) -> Result<T, E> {
+        let start = Instant::now();
+        let result = work()?;
+        self.timings.push((stage, start.elapsed()));
+        Ok(result)
+    }
+}
+
+/// The bytes of a file for a rendered texture, in the format that its request names.
+///
+/// # Errors
+/// When a texel is not finite, which would be a fault of the renderer.
+pub fn encode(texture: &Texture, job: &Job) -> Result<Vec<u8>, EncodeError> {
+    let (scene, request) = (&job.scene, &job.request);
+    let pixels = encode::Pixels {
+        width: texture.width,
+        height: texture.height,
+        channels: texture.channels,
+        data: &texture.data,
+        alpha: if request.straight_alpha { encode::Alpha::Straight } else { encode::Alpha::Premultiplied },
+    };
+    match request.format {
+        Format::F32 => encode::to_f32(&pixels),
+        Format::Exr => {
+            let depth = if request.depth == 32 { encode::Depth::Float } else { encode::Depth::Half };
+            encode::to_exr(&pixels, &frame::metadata(scene, request, texture), depth)
+        }
+        Format::Png => {
+            let depth = if request.depth == 16 { encode::PictureDepth::Sixteen } else { encode::PictureDepth::Eight };
+            let picture = match request.encoding {
+                request::Encoding::Linear => encode::Picture::mask(depth),
+                request::Encoding::Srgb => encode::Picture {
+                    exposure_stops: request.exposure_stops,
+                    white: texture.white,
+                    // Shadow and thickness are parts of a whole, not light: a tone curve would bend them.
+                    tonemap: match (request.tonemap, request.texture) {
+                        (request::Tonemap::None, _) | (_, TextureKind::Shadow | TextureKind::Thickness) => {
+                            encode::Tonemap::None
+                        }
+                        _ => encode::Tonemap::Filmic,
+                    },
+                    transfer: encode::Transfer::Srgb,
+                    depth,
+                },
+            };
+            encode::to_png(&pixels, &picture)
+        }
+    }
+}

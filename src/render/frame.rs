@@ -1,0 +1,223 @@
+//! What a scene is at one moment, in the numbers that the passes take.
+
+use super::{Job, RenderError, Texture};
+use crate::encode::Metadata;
+use crate::field::{Field, wind_offset};
+use crate::gpu::layout::{Frame, MIN_COSINE};
+use crate::image::{Image, ImageEncoding};
+use crate::light::{GridPlan, grid_plan};
+use crate::request::{Component, Request, Side, TextureKind};
+use crate::scene::quantity::Quantity as _;
+use crate::scene::{GroundAlbedo, Scene, Thickness};
+use crate::shade::HostMap;
+use crate::shade::tables::without_peak;
+
+/// Steps of a march through the layer, at most: with the four samples a side of the exchange grid it stays far below
+/// the 65,535 iterations of an invocation at which a common software driver silently stops.
+const MAX_STEPS: u32 = 1024;
+
+/// A scene at a moment.
+pub(super) struct Moment {
+    pub(super) frame: Frame,
+    pub(super) grid: GridPlan,
+    pub(super) extinction_per_m: [f64; 3],
+    /// Height of the highest top, metres.
+    pub(super) top_m: f64,
+    base_m: f64,
+}
+
+/// Cosine of the sun's zenith, 0 below the horizon.
+fn sun_cosine(scene: &Scene) -> f64 {
+    scene.sun_direction()[2].max(0.0)
+}
+
+/// Horizontal irradiance above the clouds.
+pub(super) fn irradiance_above(scene: &Scene) -> [f64; 3] {
+    let (sun, sky) = (scene.light.sun.map(|v| v.get()), scene.light.sky.map(|v| v.get()));
+    std::array::from_fn(|c| sun[c] * sun_cosine(scene) + std::f64::consts::PI * sky[c])
+}
+
+fn rgb(channels: [f64; 3], fourth: f64) -> [f32; 4] {
+    [channels[0] as f32, channels[1] as f32, channels[2] as f32, fourth as f32]
+}
+
+impl Moment {
+    /// `job` has a layer and its tables.
+    pub(super) fn new(job: &Job, field: &Field) -> Self {
+        let (scene, tables) = (&job.scene, &job.tables[0]);
+        let layer = &scene.layers[0];
+        let extinction_per_m =
+            layer.droplets.extinction_per_m(tables.channels.each_ref().map(|channel| channel.cross_section_um2));
+        let by_channel = |value: &dyn Fn(usize) -> f64| [value(0), value(1), value(2)];
+        let beam = by_channel(&|c| 1.0 - tables.channels[c].albedo * tables.phases[c].peak_fraction);
+        let smooth = |c: usize| without_peak(&tables.channels[c], &tables.phases[c]);
+        let (extent_m, base_m) = (scene.extent_m(), layer.base_m.get());
+        let direction = scene.sun_direction();
+        let cosine = sun_cosine(scene);
+        let day = if cosine > 0.0 { 1.0 } else { 0.0 };
+        let map = [field.thickness.width, field.thickness.height];
+        let offset = wind_offset(&layer.wind, job.request.time_s, extent_m);
+        let frame = Frame {
+            sun: rgb(direction, cosine.max(f64::from(MIN_COSINE))),
+            sun_light: rgb(scene.light.sun.map(|value| day * value.get()), cosine),
+            sky_light: rgb(scene.light.sky.map(|value| value.get()), 0.0),
+            extinction: rgb(extinction_per_m, extinction_per_m[1]),
+            beam: rgb(beam, beam[1]),
+            smooth_part: rgb(by_channel(&|c| smooth(c).0), 0.0),
+            smooth_albedo: rgb(by_channel(&|c| smooth(c).1), 0.0),
+            offset_uv: offset.map(|part| part as f32),
+            extent_m: extent_m as f32,
+            base_m: base_m as f32,
+            depth_m: field.depth_m,
+            texel_m: (extent_m / f64::from(map[0].max(map[1]))) as f32,
+            max_steps: if field.is_uniform() { 1 } else { MAX_STEPS },
+            spare: 0,
+        };
+        let (albedo_is_map, albedo_detail) = match &scene.ground.albedo {
+            GroundAlbedo::Uniform(_) => (false, 1),
+            GroundAlbedo::Map { image, .. } => {
+                (true, job.images.get(&image.0).map_or(1, |image| image.width.max(image.height)))
+            }
+        };
+        let grid =
+            grid_plan(extent_m, base_m, field.is_uniform() && !albedo_is_map, albedo_detail.max(map[0]).max(map[1]));
+        Self { frame, grid, extinction_per_m, top_m: base_m + f64::from(field.depth_m), base_m }
+    }
+
+    /// Height of the plane that a view's texels lie in.
+    pub(super) fn plane_m(&self, request: &Request) -> f64 {
+        match request.side {
+            Side::Below => self.base_m,
+            Side::Above => self.top_m,
+        }
+    }
+
+    /// Names the tables of the layer's mix at its ratio of extinctions.
+    pub(super) fn mix_key(&self, job: &Job) -> String {
+        let [r, g, b] = self.extinction_per_m;
+        format!("{} {:x} {:x}", job.tables[0].mix.key(), (r / g).to_bits(), (b / g).to_bits())
+    }
+
+    /// Names the moment: a scene that nothing moves is the same at all times.
+    pub(super) fn time_key(&self, _: &Job) -> String {
+        format!("{:?}", self.frame.offset_uv)
+    }
+
+    /// The ground's albedo on the exchange grid, mean over each texel.
+    pub(super) fn albedo(&self, job: &Job) -> Result<HostMap, RenderError> {
+        let texels = self.grid.texels as usize;
+        let data: Vec<f32> = match &job.scene.ground.albedo {
+            GroundAlbedo::Uniform(albedo) => rgb(albedo.map(|value| value.get()), 0.0).repeat(texels * texels),
+            GroundAlbedo::Map { image, linear } => {
+                let image = image_of(job, &image.0)?;
+                // An integer file is sRGB unless said otherwise; floats are linear.
+                let decode = image.encoding == ImageEncoding::Integer && !linear;
+                let values: Vec<[f64; 3]> =
+                    image.data.chunks(image.channels as usize).map(|t| albedo(t, decode)).collect();
+                resample(&values, image.width as usize, image.height as usize, texels)
+            }
+        };
+        Ok(HostMap { width: self.grid.texels, height: self.grid.texels, channels: 4, data })
+    }
+}
+
+fn image_of<'a>(job: &'a Job, name: &str) -> Result<&'a Image, RenderError> {
+    job.images.get(name).map(|image| &**image).ok_or_else(|| RenderError::MissingImage(name.to_owned()))
+}
+
+/// The image of the layer's thickness, if it has one.
+pub(super) fn thickness_image(job: &Job) -> Result<Option<&Image>, RenderError> {
+    match &job.scene.layers[0].thickness {
+        Thickness::Map { image, .. } => image_of(job, &image.0).map(Some),
+        _ => Ok(None),
+    }
+}
+
+fn albedo(texel: &[f32], decode: bool) -> [f64; 3] {
+    let channel = |c: usize| {
+        let value = f64::from(*texel.get(c).or(texel.first()).unwrap_or(&0.0)).clamp(0.0, 1.0);
+        // IEC 61966-2-1.
+        match decode {
+            true if value <= 0.04045 => value / 12.92,
+            true => ((value + 0.055) / 1.055).powf(2.4),
+            false => value,
+        }
+    };
+    [channel(0), channel(1), channel(2)]
+}
+
+/// A map stretched over the domain, brought to a grid: the mean of as many bilinear samples as there are texels.
+fn resample(values: &[[f64; 3]], width: usize, height: usize, texels: usize) -> Vec<f32> {
+    let samples = width.max(height).div_ceil(texels);
+    let at = |x: usize, y: usize| values[y * width + x];
+    let sample = |u: f64, v: f64| {
+        let (x, y) = (u * width as f64 - 0.5, v * height as f64 - 0.5);
+        let wrap = |i: f64, n: usize| (i as isize).rem_euclid(n as isize) as usize;
+        let (x0, y0) = (wrap(x.floor(), width), wrap(y.floor(), height));
+        let (x1, y1) = ((x0 + 1) % width, (y0 + 1) % height);
+        let (fx, fy) = (x - x.floor(), y - y.floor());
+        let mix = |a: f64, b: f64, t: f64| a + (b - a) * t;
+        std::array::from_fn::<f64, 3, _>(|c| {
+            mix(mix(at(x0, y0)[c], at(x1, y0)[c], fx), mix(at(x0, y1)[c], at(x1, y1)[c], fx), fy)
+        })
+    };
+    let mut data = Vec::with_capacity(4 * texels * texels);
+    for i in 0..texels * texels {
+        let mut sum = [0.0; 3];
+        for s in 0..samples * samples {
+            let inside =
+                |texel: usize, part: usize| (texel as f64 + (part as f64 + 0.5) / samples as f64) / texels as f64;
+            let found = sample(inside(i % texels, s % samples), inside(i / texels, s / samples));
+            (0..3).for_each(|c| sum[c] += found[c]);
+        }
+        data.extend(rgb(sum.map(|value| value / (samples * samples) as f64), 0.0));
+    }
+    data
+}
+
+/// Textures of a scene without clouds: the same everywhere.
+pub(super) fn clear_sky(scene: &Scene, request: &Request, size: u32) -> Vec<f32> {
+    let cosine = sun_cosine(scene);
+    let texel: Vec<f32> = match request.texture {
+        TextureKind::Cloud => vec![0.0; 4],
+        TextureKind::Thickness => vec![0.0],
+        TextureKind::Shadow => vec![if cosine > 0.0 { 1.0 } else { 0.0 }],
+        TextureKind::Irradiance => {
+            let total = irradiance_above(scene);
+            let direct = scene.light.sun.map(|value| value.get() * cosine);
+            let channel = |c: usize| match request.component {
+                Component::Total => total[c],
+                Component::Direct => direct[c],
+                Component::Diffuse => total[c] - direct[c],
+            };
+            (0..3).map(|c| channel(c) as f32).collect()
+        }
+    };
+    texel.repeat(size as usize * size as usize)
+}
+
+/// What an EXR file tells besides its texels.
+pub(super) fn metadata(scene: &Scene, request: &Request, texture: &Texture) -> Metadata {
+    let meaning = match request.texture {
+        TextureKind::Cloud => "radiance leaving the cloud towards the viewer, and alpha",
+        TextureKind::Shadow => "part of the sun's beam that reaches the ground, 550 nm",
+        TextureKind::Irradiance => "downward irradiance on the ground",
+        TextureKind::Thickness => "geometric thickness of cloud, metres",
+    };
+    Metadata {
+        domain_extent_m: scene.extent_m(),
+        origin: [0.0, 0.0, texture.plane_m],
+        sun_direction: scene.sun_direction(),
+        base_height_m: scene.base_m(),
+        time_s: request.time_s,
+        axes: "enu".to_owned(),
+        texture: request.texture.name().to_owned(),
+        comments: meaning.to_owned(),
+        scene: scene.id(),
+        software: format!("skyloom {}", crate::VERSION),
+        // The scene gives its own light: whether its unit is kcd/m² is the caller's knowledge.
+        white_luminance: None,
+        periodic: true,
+        place: None,
+    }
+}

@@ -1,0 +1,278 @@
+//! From JSON to a [`Scene`]: which fields there are, their defaults, and rules between them.
+
+use super::quantity::*;
+use super::read::{Object, Reader};
+use super::*;
+use serde_json::Value;
+
+type Resolve<'a> = &'a mut dyn FnMut(&str) -> Result<String, String>;
+
+/// Most points of a phase function's table: as many as the steps of a fine table over 180 degrees.
+const MAX_PHASE_POINTS: usize = 4096;
+
+pub(super) fn scene(text: &[u8], resolve: Resolve<'_>) -> Result<Scene, SceneError> {
+    if text.len() > Scene::MAX_BYTES {
+        let detail = format!("{} bytes, at most {} are allowed", text.len(), Scene::MAX_BYTES);
+        return Err(SceneError::Invalid(vec![FieldError { pointer: String::new(), detail }]));
+    }
+    let value = json::parse(text).map_err(SceneError::Unreadable)?;
+    let mut reader = Reader::default();
+    let scene = root(&mut reader, &value, resolve);
+    match scene {
+        Some(scene) if reader.errors.is_empty() => Ok(scene),
+        _ => Err(SceneError::Invalid(reader.errors)),
+    }
+}
+
+/// The value of a default that lies inside its range; a compile-time constant would need `const` trait calls.
+fn default<Q: Quantity>(value: f64) -> Option<Q> {
+    Q::try_from(value).ok()
+}
+
+fn root(reader: &mut Reader, value: &Value, resolve: Resolve<'_>) -> Option<Scene> {
+    let root = reader.object(value, "", &["domain", "sun", "atmosphere", "ground", "layers"])?;
+    let domain = domain(reader, &root);
+    let sun = sun(reader, &root);
+    let light = light(reader, &root);
+    let ground = ground(reader, &root, resolve);
+    let layers = layers(reader, &root, resolve);
+    Some(Scene { domain: domain?, sun: sun?, light: light?, ground: ground?, layers: layers? })
+}
+
+fn domain(reader: &mut Reader, root: &Object<'_>) -> Option<Domain> {
+    let fallback = Domain { extent_m: default(20_000.0)?, resolution: 512 };
+    if !root.has("domain") {
+        return Some(fallback);
+    }
+    let domain = reader.child(root, "domain", &["extent_m", "resolution"])?;
+    Some(Domain {
+        extent_m: reader.number_or(&domain, "extent_m", fallback.extent_m),
+        resolution: reader.integer_or(&domain, "resolution", (1, Scene::MAX_SIDE), fallback.resolution),
+    })
+}
+
+fn sun(reader: &mut Reader, root: &Object<'_>) -> Option<Sun> {
+    let fallback =
+        Sun { zenith_deg: default(50.0)?, azimuth_deg: default(180.0)?, angular_diameter_deg: default(0.0)? };
+    if !root.has("sun") {
+        return Some(fallback);
+    }
+    let sun = reader.child(root, "sun", &["zenith_deg", "azimuth_deg", "angular_diameter_deg"])?;
+    Some(Sun {
+        zenith_deg: reader.number(&sun, "zenith_deg")?,
+        azimuth_deg: reader.number_or(&sun, "azimuth_deg", fallback.azimuth_deg),
+        angular_diameter_deg: reader.number_or(&sun, "angular_diameter_deg", fallback.angular_diameter_deg),
+    })
+}
+
+/// Without an atmosphere: a clear noon in klx and kcd/m², so that a scene of clouds alone looks like a day.
+fn light(reader: &mut Reader, root: &Object<'_>) -> Option<Light> {
+    if !root.has("atmosphere") {
+        let sun = [default(98.0)?, default(94.0)?, default(87.0)?];
+        return Some(Light { sun, sky: [default(2.6)?, default(3.8)?, default(6.2)?] });
+    }
+    let air = reader.child(root, "atmosphere", &["sun", "sky"])?;
+    let mut part = |key: &str| {
+        air.value(key).or_else(|| {
+            reader.wrong(
+                air.at(key),
+                "missing; the light above the clouds is given as {\"sun\": [r,g,b], \"sky\": [r,g,b]}",
+            );
+            None
+        })
+    };
+    let (sun, sky) = (part("sun"), part("sky"));
+    let sun = sun.and_then(|value| reader.colour(value, &air.at("sun")));
+    let sky = sky.and_then(|value| reader.colour(value, &air.at("sky")));
+    Some(Light { sun: sun?, sky: sky? })
+}
+
+fn ground(reader: &mut Reader, root: &Object<'_>, resolve: Resolve<'_>) -> Option<Ground> {
+    let grey = default::<Albedo>(0.2)?;
+    let fallback = Ground { albedo: GroundAlbedo::Uniform([grey; 3]) };
+    if !root.has("ground") {
+        return Some(fallback);
+    }
+    let ground = reader.child(root, "ground", &["albedo"])?;
+    let Some(value) = ground.value("albedo") else { return Some(fallback) };
+    let pointer = ground.at("albedo");
+    if !value.is_object() {
+        return Some(Ground { albedo: GroundAlbedo::Uniform(reader.colour(value, &pointer)?) });
+    }
+    let map = reader.object(value, &pointer, &["image", "linear"])?;
+    let linear = match map.value("linear") {
+        None => false,
+        Some(Value::Bool(linear)) => *linear,
+        Some(other) => {
+            reader.wrong(map.at("linear"), format!("{other} where true or false is expected"));
+            false
+        }
+    };
+    Some(Ground { albedo: GroundAlbedo::Map { image: image(reader, &map, resolve)?, linear } })
+}
+
+fn image(reader: &mut Reader, object: &Object<'_>, resolve: Resolve<'_>) -> Option<ImageName> {
+    let Some(name) = object.value("image").and_then(Value::as_str) else {
+        reader.wrong(object.at("image"), "the name of an image is needed: the SHA-256 that its upload answered");
+        return None;
+    };
+    let name = resolve(name).map_err(|why| reader.wrong(object.at("image"), why)).ok()?;
+    let is_hash = name.len() == 64 && name.bytes().all(|b| b.is_ascii_digit() || (b'a'..=b'f').contains(&b));
+    if !is_hash {
+        reader.wrong(object.at("image"), format!("\"{name}\" is not a SHA-256: 64 lower-case hexadecimal digits"));
+        return None;
+    }
+    Some(ImageName(name))
+}
+
+fn layers(reader: &mut Reader, root: &Object<'_>, resolve: Resolve<'_>) -> Option<Vec<Layer>> {
+    let Some(value) = root.value("layers") else { return Some(Vec::new()) };
+    let Value::Array(list) = value else {
+        reader.wrong("/layers", "a list of layers is expected, bottom to top");
+        return None;
+    };
+    if list.len() > 1 {
+        reader.wrong("/layers", format!("{} layers; this version computes at most 1", list.len()));
+        return None;
+    }
+    list.iter().enumerate().map(|(i, value)| layer(reader, value, &format!("/layers/{i}"), resolve)).collect()
+}
+
+fn layer(reader: &mut Reader, value: &Value, pointer: &str, resolve: Resolve<'_>) -> Option<Layer> {
+    let layer = reader.object(value, pointer, &["kind", "base_m", "thickness", "droplets", "wind"])?;
+    if layer.has("kind") {
+        reader.word(&layer, "kind", &["stratiform"]);
+    }
+    let base_m = reader.number_or(&layer, "base_m", default(1000.0)?);
+    let thickness = thickness(reader, &layer, resolve);
+    let droplets = droplets(reader, &layer);
+    let wind = wind(reader, &layer);
+    Some(Layer { base_m, thickness: thickness?, droplets: droplets?, wind: wind? })
+}
+
+fn thickness(reader: &mut Reader, layer: &Object<'_>, resolve: Resolve<'_>) -> Option<Thickness> {
+    const KINDS: [&str; 3] = ["uniform", "stratocumulus", "image"];
+    let keys: &[&str] = match layer.value("thickness").and_then(|v| v.get("kind")).and_then(Value::as_str) {
+        Some("uniform") => &["kind", "metres"],
+        Some("stratocumulus") => &["kind", "pattern", "mean_m", "coverage", "cell_m", "seed"],
+        Some("image") => &["kind", "image", "scale_m"],
+        // An unknown kind is reported below; none of its fields can be judged.
+        _ => {
+            match layer.value("thickness") {
+                Some(value @ Value::Object(map)) => {
+                    let keys: Vec<&str> = map.keys().map(String::as_str).collect();
+                    let object = reader.object(value, &layer.at("thickness"), &keys)?;
+                    reader.word(&object, "kind", &KINDS);
+                }
+                _ => reader.wrong(layer.at("thickness"), format!("an object is needed, of kind {}", KINDS.join(", "))),
+            }
+            return None;
+        }
+    };
+    let object = reader.child(layer, "thickness", keys)?;
+    match reader.word(&object, "kind", &KINDS)? {
+        "uniform" => reader.number(&object, "metres").map(Thickness::Uniform),
+        "image" => {
+            let name = image(reader, &object, resolve);
+            let scale_m = reader.number(&object, "scale_m");
+            Some(Thickness::Map { image: name?, scale_m: scale_m? })
+        }
+        _ => {
+            let words = Pattern::ALL.map(|(word, _)| word);
+            let pattern = if object.has("pattern") { reader.word(&object, "pattern", &words) } else { Some("closed") };
+            let pattern = pattern.and_then(|word| Pattern::ALL.iter().find(|(name, _)| *name == word));
+            Some(Thickness::Stratocumulus(Stratocumulus {
+                mean_m: reader.number_or(&object, "mean_m", default(250.0)?),
+                coverage: reader.number_or(&object, "coverage", default(1.0)?),
+                cell_m: reader.number_or(&object, "cell_m", default(2500.0)?),
+                seed: reader.integer_or(&object, "seed", (0, u32::MAX), 0),
+                pattern: pattern?.1,
+            }))
+        }
+    }
+}
+
+fn droplets(reader: &mut Reader, layer: &Object<'_>) -> Option<Droplets> {
+    let gamma: &[&str] =
+        &["effective_radius_um", "broadness", "number_per_cm3", "extinction_per_m", "refractive_index"];
+    let Some(value) = layer.value("droplets") else {
+        return Some(Droplets::Gamma {
+            effective_radius_um: default(7.0)?,
+            broadness: default(2.0)?,
+            number_per_cm3: default(300.0)?,
+            extinction_per_m: None,
+            refractive_index: None,
+        });
+    };
+    if value.get("henyey_greenstein").is_some() {
+        let object = reader.child(layer, "droplets", &["henyey_greenstein", "extinction_per_m", "albedo"])?;
+        let asymmetry = reader.number(&object, "henyey_greenstein");
+        let extinction_per_m = reader.number(&object, "extinction_per_m");
+        let albedo = reader.number_or(&object, "albedo", default(1.0)?);
+        return Some(Droplets::HenyeyGreenstein { asymmetry: asymmetry?, extinction_per_m: extinction_per_m?, albedo });
+    }
+    if let Some(table) = value.get("phase_function") {
+        let object = reader.child(layer, "droplets", &["phase_function", "extinction_per_m", "albedo"])?;
+        let points = phase_function(reader, table, &object.at("phase_function"));
+        let extinction_per_m = reader.number(&object, "extinction_per_m");
+        let albedo = reader.number_or(&object, "albedo", default(1.0)?);
+        return Some(Droplets::Tabulated { points: points?, extinction_per_m: extinction_per_m?, albedo });
+    }
+    let object = reader.child(layer, "droplets", gamma)?;
+    let refractive_index = match object.value("refractive_index") {
+        Some(value) => Some(reader.colour(value, &object.at("refractive_index"))?),
+        None => None,
+    };
+    let extinction_per_m = match object.has("extinction_per_m") {
+        true => Some(reader.number(&object, "extinction_per_m")?),
+        false => None,
+    };
+    Some(Droplets::Gamma {
+        effective_radius_um: reader.number_or(&object, "effective_radius_um", default(7.0)?),
+        broadness: reader.number_or(&object, "broadness", default(2.0)?),
+        number_per_cm3: reader.number_or(&object, "number_per_cm3", default(300.0)?),
+        extinction_per_m,
+        refractive_index,
+    })
+}
+
+fn phase_function(reader: &mut Reader, value: &Value, pointer: &str) -> Option<Arc<[(f64, f64)]>> {
+    let rows = value.as_array().filter(|rows| (2..=MAX_PHASE_POINTS).contains(&rows.len()));
+    let Some(rows) = rows else {
+        reader.wrong(pointer, format!("2 to {MAX_PHASE_POINTS} pairs [degrees, value] are expected"));
+        return None;
+    };
+    let mut points: Vec<(f64, f64)> = Vec::with_capacity(rows.len());
+    for (i, row) in rows.iter().enumerate() {
+        let at = format!("{pointer}/{i}");
+        let Some([angle, value]) = row.as_array().map(Vec::as_slice) else {
+            reader.wrong(at, "a pair [degrees, value] is expected");
+            return None;
+        };
+        let angle = reader.quantity::<ScatteringDeg>(angle, &format!("{at}/0"))?.get();
+        let value = reader.quantity::<PhaseValue>(value, &format!("{at}/1"))?.get();
+        if points.last().is_some_and(|last| last.0 >= angle) {
+            reader.wrong(at, "angles must ascend");
+            return None;
+        }
+        points.push((angle, value));
+    }
+    if points.iter().all(|point| point.1 == 0.0) {
+        reader.wrong(pointer, "at least one value must be above 0");
+        return None;
+    }
+    Some(points.into())
+}
+
+fn wind(reader: &mut Reader, layer: &Object<'_>) -> Option<Wind> {
+    let still = Wind { speed_m_s: default(0.0)?, from_deg: default(270.0)?, turbulence_m_s: default(0.0)? };
+    if !layer.has("wind") {
+        return Some(still);
+    }
+    let wind = reader.child(layer, "wind", &["speed_m_s", "from_deg", "turbulence_m_s"])?;
+    Some(Wind {
+        speed_m_s: reader.number_or(&wind, "speed_m_s", still.speed_m_s),
+        from_deg: reader.number_or(&wind, "from_deg", still.from_deg),
+        turbulence_m_s: reader.number_or(&wind, "turbulence_m_s", still.turbulence_m_s),
+    })
+}

@@ -1,0 +1,97 @@
+//! Numbers with a unit and a range: the only way into a scene, so what they hold needs no second check.
+
+use std::ops::RangeInclusive;
+
+/// A number of a scene: finite, inside [`Quantity::RANGE`], in [`Quantity::UNIT`].
+pub trait Quantity: Copy + Sized + TryFrom<f64, Error = OutOfRange> {
+    /// Allowed values, both ends included.
+    const RANGE: RangeInclusive<f64>;
+    /// Unit as written in messages; empty for pure numbers.
+    const UNIT: &'static str;
+    /// The number itself.
+    fn get(self) -> f64;
+}
+
+/// What was given where a [`Quantity`] was expected.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[error("{given} is outside {} to {}{}{unit}", range.start(), range.end(), if unit.is_empty() { "" } else { " " })]
+pub struct OutOfRange {
+    given: f64,
+    range: RangeInclusive<f64>,
+    unit: &'static str,
+}
+
+macro_rules! quantities {
+    ($($(#[$doc:meta])+ $name:ident: $range:expr, $unit:literal;)+) => {$(
+        $(#[$doc])+
+        #[derive(Debug, Clone, Copy, PartialEq, PartialOrd)]
+        pub struct $name(f64);
+
+        impl Quantity for $name {
+            const RANGE: RangeInclusive<f64> = $range;
+            const UNIT: &'static str = $unit;
+            fn get(self) -> f64 {
+                self.0
+            }
+        }
+
+        impl TryFrom<f64> for $name {
+            type Error = OutOfRange;
+            fn try_from(given: f64) -> Result<Self, OutOfRange> {
+                // `contains` is false for NaN. Adding zero turns -0 into 0: one number, one scene id.
+                if Self::RANGE.contains(&given) {
+                    Ok(Self(given + 0.0))
+                } else {
+                    Err(OutOfRange { given, range: Self::RANGE, unit: Self::UNIT })
+                }
+            }
+        }
+    )+};
+}
+
+quantities! {
+    /// Side of the square, periodic domain.
+    ExtentM: 1.0..=1e6, "m";
+    /// Angle from straight up, towards the sun.
+    ZenithDeg: 0.0..=180.0, "degrees";
+    /// Clockwise from north.
+    AzimuthDeg: -360.0..=360.0, "degrees";
+    /// Angle across the sun's disc. Only parallel light is computed by this version.
+    AngularDiameterDeg: 0.0..=0.0, "degrees";
+    /// Irradiance of the sun on a plane that faces it, above the clouds: klx or the caller's own unit.
+    SunIrradiance: 0.0..=1e6, "";
+    /// Radiance of the uniform sky: kcd/m² or the caller's own unit.
+    SkyRadiance: 0.0..=1e6, "";
+    /// Part of light that is not absorbed.
+    Albedo: 0.0..=1.0, "";
+    /// Height of a cloud base above ground.
+    BaseM: 0.0..=20_000.0, "m";
+    /// Geometric thickness of cloud.
+    ThicknessM: 0.0..=100_000.0, "m";
+    /// Mean thickness of the cloudy part of a synthetic field; 4 km at most keeps its highest towers below 20 km.
+    MeanThicknessM: 0.0..=4000.0, "m";
+    /// Part of the domain that has cloud.
+    Coverage: 0.0..=1.0, "";
+    /// Size of a convective cell.
+    CellM: 1.0..=1e6, "m";
+    /// Extinction coefficient.
+    ExtinctionPerM: 1e-4..=1.0, "per metre";
+    /// Effective radius of droplets.
+    EffectiveRadiusUm: 0.5..=50.0, "µm";
+    /// Broadness of the modified gamma distribution.
+    Broadness: 0.5..=20.0, "";
+    /// Droplets per cubic centimetre.
+    NumberPerCm3: 0.01..=10_000.0, "per cm³";
+    /// Real part of a refractive index.
+    RefractiveIndex: 1.01..=2.0, "";
+    /// Asymmetry of the Henyey-Greenstein phase function.
+    Asymmetry: -0.98..=0.98, "";
+    /// Wind speed.
+    SpeedMS: 0.0..=200.0, "m/s";
+    /// Wind speed of eddies, root mean square per axis.
+    TurbulenceMS: 0.0..=50.0, "m/s";
+    /// Scattering angle of a phase function's table.
+    ScatteringDeg: 0.0..=180.0, "degrees";
+    /// Value of a phase function's table, in any scale.
+    PhaseValue: 0.0..=1e12, "";
+}

@@ -1,0 +1,86 @@
+//! From a [`Scene`] to JSON with every default spelled out: the text that names it.
+
+use super::quantity::Quantity;
+use super::*;
+use serde_json::{Value, json};
+
+pub(super) fn scene(scene: &Scene) -> Value {
+    json!({
+        "domain": { "extent_m": scene.domain.extent_m.get(), "resolution": scene.domain.resolution },
+        "sun": {
+            "zenith_deg": scene.sun.zenith_deg.get(),
+            // -90 and 270 are one direction.
+            "azimuth_deg": scene.sun.azimuth_deg.get().rem_euclid(360.0),
+            "angular_diameter_deg": scene.sun.angular_diameter_deg.get(),
+        },
+        "atmosphere": { "sun": colour(scene.light.sun), "sky": colour(scene.light.sky) },
+        "ground": { "albedo": match &scene.ground.albedo {
+            GroundAlbedo::Uniform(albedo) => colour(*albedo),
+            GroundAlbedo::Map { image, linear } => json!({ "image": image.0, "linear": linear }),
+        } },
+        "layers": scene.layers.iter().map(layer).collect::<Vec<_>>(),
+    })
+}
+
+fn colour<Q: Quantity>(channels: [Q; 3]) -> Value {
+    json!(channels.map(Quantity::get))
+}
+
+fn layer(layer: &Layer) -> Value {
+    json!({
+        "kind": "stratiform",
+        "base_m": layer.base_m.get(),
+        "thickness": thickness(&layer.thickness),
+        "droplets": droplets(&layer.droplets),
+        "wind": {
+            "speed_m_s": layer.wind.speed_m_s.get(),
+            "from_deg": layer.wind.from_deg.get().rem_euclid(360.0),
+            "turbulence_m_s": layer.wind.turbulence_m_s.get(),
+        },
+    })
+}
+
+pub(crate) fn thickness(thickness: &Thickness) -> Value {
+    match thickness {
+        Thickness::Uniform(metres) => json!({ "kind": "uniform", "metres": metres.get() }),
+        Thickness::Map { image, scale_m } => json!({ "kind": "image", "image": image.0, "scale_m": scale_m.get() }),
+        Thickness::Stratocumulus(field) => json!({
+            "kind": "stratocumulus",
+            "pattern": Pattern::ALL.iter().find(|(_, p)| *p == field.pattern).map(|(word, _)| *word),
+            "mean_m": field.mean_m.get(),
+            "coverage": field.coverage.get(),
+            "cell_m": field.cell_m.get(),
+            "seed": field.seed,
+        }),
+    }
+}
+
+fn droplets(droplets: &Droplets) -> Value {
+    match droplets {
+        Droplets::Gamma { effective_radius_um, broadness, number_per_cm3, extinction_per_m, refractive_index } => {
+            let mut text = json!({
+                "effective_radius_um": effective_radius_um.get(),
+                "broadness": broadness.get(),
+                "number_per_cm3": number_per_cm3.get(),
+            });
+            // Absent means "by Mie theory" and "water's own": they have no number to spell out.
+            if let Some(extinction) = extinction_per_m {
+                text["extinction_per_m"] = json!(extinction.get());
+            }
+            if let Some(index) = refractive_index {
+                text["refractive_index"] = colour(*index);
+            }
+            text
+        }
+        Droplets::HenyeyGreenstein { asymmetry, extinction_per_m, albedo } => json!({
+            "henyey_greenstein": asymmetry.get(),
+            "extinction_per_m": extinction_per_m.get(),
+            "albedo": albedo.get(),
+        }),
+        Droplets::Tabulated { points, extinction_per_m, albedo } => json!({
+            "phase_function": points.iter().map(|(angle, value)| json!([angle, value])).collect::<Vec<_>>(),
+            "extinction_per_m": extinction_per_m.get(),
+            "albedo": albedo.get(),
+        }),
+    }
+}

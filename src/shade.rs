@@ -1,0 +1,107 @@
+//! Stage `shade`: the textures that are asked for, from thickness, light and tables.
+
+pub mod tables;
+
+use crate::field::Field;
+use crate::gpu::layout::View;
+use crate::gpu::shaders::{self, Shader};
+use crate::gpu::{Bind, Gpu, GpuError, Target};
+use crate::light::Light;
+use crate::request::TextureKind;
+use std::time::Instant;
+pub use tables::{HostMap, HostTables, PhaseTables, closure};
+
+/// Tables of a mix on the device.
+pub(crate) struct DeviceTables {
+    pub(crate) transmittance: Target,
+    pub(crate) reflectance: Target,
+    pub(crate) diffuse: Target,
+    pub(crate) phase: Target,
+    pub(crate) aureole: Target,
+}
+
+/// Brings a host table to the device.
+pub(crate) fn upload(gpu: &Gpu, label: &str, map: &HostMap) -> Target {
+    gpu.texture_from(label, [map.width, map.height], map.channels, &map.data)
+}
+
+impl DeviceTables {
+    pub(crate) fn new(gpu: &Gpu, host: &HostTables) -> Self {
+        Self {
+            transmittance: upload(gpu, "transmittance", &host.transmittance),
+            reflectance: upload(gpu, "reflectance", &host.reflectance),
+            diffuse: upload(gpu, "diffuse", &host.diffuse),
+            phase: upload(gpu, "phase", &host.phase),
+            aureole: upload(gpu, "aureole", &host.aureole),
+        }
+    }
+}
+
+/// What a texture is made from; not every texture needs all of it.
+pub(crate) struct Inputs<'a> {
+    pub(crate) frame: &'a wgpu::Buffer,
+    pub(crate) exchange: &'a wgpu::Buffer,
+    pub(crate) field: &'a Field,
+    pub(crate) tables: Option<&'a DeviceTables>,
+    pub(crate) closure: Option<&'a Target>,
+    pub(crate) light: Option<&'a Light>,
+}
+
+/// Texels of one submission: large textures are made in bands, so that a request can be dropped between them, buffers
+/// stay below WebGPU's limits and no submission holds the device for long.
+const BAND_TEXELS: u32 = 1024 * 512;
+
+/// Rows of a band.
+pub(crate) fn band_rows(size: u32) -> u32 {
+    (BAND_TEXELS / size).clamp(1, size)
+}
+
+/// Makes one band of a texture: `view.rows` rows from `view.first_row`.
+pub(crate) fn band(
+    gpu: &Gpu,
+    texture: TextureKind,
+    inputs: &Inputs<'_>,
+    view: &View,
+    deadline: Option<Instant>,
+) -> Result<Vec<f32>, GpuError> {
+    let count = view.size as usize * view.rows as usize * texture.channels().len();
+    let output = gpu.storage("output", count);
+    let view_uniform = gpu.uniform("view", view);
+    let (frame, view_bind) = (Bind::Buffer(inputs.frame), Bind::Buffer(&view_uniform));
+    let exchange = Bind::Buffer(inputs.exchange);
+    let thickness = Bind::View(&inputs.field.thickness.view);
+    let (repeat, clamp, out) = (Bind::Sampler(&gpu.repeat), Bind::Sampler(&gpu.clamp), Bind::Buffer(&output));
+    let missing = || GpuError::Failed(format!("{} was shaded before its light", texture.name()));
+    let (shader, binds): (&Shader, Vec<Bind<'_>>) = match texture {
+        TextureKind::Thickness => (&shaders::THICKNESS, vec![frame, view_bind, thickness, repeat, out]),
+        TextureKind::Shadow => (&shaders::SHADOW, vec![frame, view_bind, exchange, thickness, repeat, out]),
+        TextureKind::Irradiance => {
+            let (tables, light) = inputs.tables.zip(inputs.light).ok_or_else(missing)?;
+            let transmittance = Bind::View(&tables.transmittance.view);
+            let down = Bind::View(&light.down.view);
+            let binds = vec![frame, view_bind, exchange, thickness, transmittance, down, repeat, clamp, out];
+            (&shaders::IRRADIANCE, binds)
+        }
+        TextureKind::Cloud => {
+            let (tables, light) = inputs.tables.zip(inputs.light).ok_or_else(missing)?;
+            let closure = inputs.closure.ok_or_else(missing)?;
+            let binds = vec![
+                frame,
+                view_bind,
+                thickness,
+                Bind::View(&tables.transmittance.view),
+                Bind::View(&tables.reflectance.view),
+                Bind::View(&closure.view),
+                Bind::View(&tables.phase.view),
+                Bind::View(&tables.aureole.view),
+                Bind::View(&light.upwelling.view),
+                repeat,
+                clamp,
+                out,
+            ];
+            (&shaders::CLOUD, binds)
+        }
+    };
+    gpu.run(texture.name(), deadline, |pass| gpu.dispatch(pass, shader, &binds, [view.size, view.rows]))?;
+    gpu.read(&output, count, deadline)
+}

@@ -1,0 +1,158 @@
+//! The command line: exit codes, files, and the same bits as over HTTP.
+
+use std::path::Path;
+use std::process::Output;
+
+use exr::prelude::{FlatImage, ReadChannels as _, ReadLayers as _};
+use serde_json::{Value, json};
+use tempfile::TempDir;
+
+use crate::harness::{NO_DRIVER, common, program, scene};
+use crate::images::ramp;
+
+fn folder_with(scene: &Value) -> TempDir {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("scene.json"), scene.to_string()).unwrap();
+    folder
+}
+
+fn skyloom(folder: &Path, arguments: &[&str]) -> Output {
+    program().args(arguments).current_dir(folder).env("XDG_CACHE_HOME", folder).output().unwrap()
+}
+
+fn code(output: &Output) -> (i32, String) {
+    (output.status.code().unwrap(), String::from_utf8_lossy(&output.stderr).into_owned())
+}
+
+fn pixels(bytes: &[u8]) -> FlatImage {
+    let reader = exr::prelude::read().no_deep_data().largest_resolution_level().all_channels();
+    let reader = reader.all_layers().all_attributes();
+    reader.from_buffered(std::io::Cursor::new(bytes)).unwrap()
+}
+
+#[test]
+fn render_gives_the_same_bits_as_the_server() {
+    let common = common();
+    let sky = common.server.sky(&scene());
+    let folder = folder_with(&scene());
+    for (name, options, query) in [
+        ("irradiance.f32", &["--size", "32", "--time", "60"][..], "size=32&time=60"),
+        ("cloud.f32", &["--view", "above"][..], "view=above"),
+        ("shadow.f32", &[][..], ""),
+    ] {
+        let arguments = [&["render", "scene.json", name][..], options].concat();
+        let output = skyloom(folder.path(), &arguments);
+        assert_eq!(code(&output).0, 0, "{}", code(&output).1);
+        let file = std::fs::read(folder.path().join(name)).unwrap();
+        let answer = common.server.get(&format!("{sky}/{name}?{query}"));
+        assert_eq!(answer.status, 200, "{}", answer.text());
+        assert!(file == answer.body, "{name} differs");
+    }
+    let output = skyloom(folder.path(), &["render", "scene.json", "cloud.exr", "-o", "sky.exr"]);
+    assert_eq!(code(&output).0, 0, "{}", code(&output).1);
+    let file = pixels(&std::fs::read(folder.path().join("sky.exr")).unwrap());
+    let answer = pixels(&common.server.get(&format!("{sky}/cloud.exr")).body);
+    assert_eq!(file.layer_data[0].channel_data, answer.layer_data[0].channel_data);
+}
+
+#[test]
+fn an_image_may_be_a_path_beside_the_scene() {
+    let mut mapped = scene();
+    mapped["layers"][0]["thickness"] = json!({ "kind": "image", "image": "maps/ramp.png", "scale_m": 500 });
+    let folder = folder_with(&mapped);
+    std::fs::create_dir(folder.path().join("maps")).unwrap();
+    std::fs::write(folder.path().join("maps/ramp.png"), ramp(16)).unwrap();
+    let elsewhere = tempfile::tempdir().unwrap();
+    let path = folder.path().join("scene.json");
+    let output = skyloom(elsewhere.path(), &["render", path.to_str().unwrap(), "thickness.f32", "--size=8", "-o", "-"]);
+    assert_eq!(code(&output).0, 0, "{}", code(&output).1);
+    assert_eq!(output.stdout.len(), 8 * 8 * 4);
+
+    std::fs::write(folder.path().join("maps/ramp.png"), b"no picture").unwrap();
+    let (status, told) = code(&skyloom(folder.path(), &["render", "scene.json", "shadow.f32"]));
+    assert_eq!(status, 2);
+    assert!(told.contains("/layers/0/thickness/image: "), "{told}");
+}
+
+#[test]
+fn check_prints_the_normalised_scene_or_one_line_for_each_error() {
+    let folder = folder_with(&scene());
+    let output = skyloom(folder.path(), &["check", "scene.json"]);
+    assert_eq!(code(&output).0, 0, "{}", code(&output).1);
+    let printed: Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert_eq!(printed["domain"]["extent_m"].as_f64(), Some(20000.0));
+
+    let mut wrong = scene();
+    wrong["domain"]["extent_m"] = json!(0);
+    wrong["layers"][0]["base_m"] = json!(-5);
+    let folder = folder_with(&wrong);
+    let (status, told) = code(&skyloom(folder.path(), &["check", "scene.json"]));
+    assert_eq!(status, 2);
+    for pointer in ["/domain/extent_m: ", "/layers/0/base_m: "] {
+        assert!(told.lines().any(|line| line.starts_with(pointer)), "{pointer} in {told}");
+    }
+}
+
+#[test]
+fn bad_usage_exits_2_and_says_what_is_wrong() {
+    let folder = folder_with(&scene());
+    for (arguments, word) in [
+        (&["render", "scene.json", "cloud.exr", "--size", "65537"][..], "size"),
+        (&["render", "scene.json", "cloud.exr", "--size", "8", "--size", "8"], "size"),
+        (&["render", "scene.json", "cloud.exr", "--time", "-1"], "time"),
+        (&["render", "scene.json", "cloud.exr", "--sise", "8"], "--sise"),
+        (&["render", "scene.json", "clout.exr"], "clout"),
+        (&["render", "scene.json", "cloud.bmp"], "bmp"),
+        (&["render", "nowhere.json", "cloud.exr"], "nowhere.json"),
+        (&["serve", "--listen", "everywhere"], "everywhere"),
+        (&["serve", "--listen", "0.0.0.0:0"], "allow_remote"),
+        (&["serve", "--config", "scene.json"], "scene.json"),
+        (&["fly"], "fly"),
+    ] {
+        let (status, told) = code(&skyloom(folder.path(), arguments));
+        assert_eq!(status, 2, "{arguments:?}: {told}");
+        assert!(told.contains(word), "{arguments:?}: {told}");
+    }
+    assert!(!folder.path().join("cloud.exr").exists());
+}
+
+#[test]
+fn render_without_a_driver_exits_1_and_says_what_to_install() {
+    let folder = folder_with(&scene());
+    let mut command = program();
+    command.args(["render", "scene.json", "cloud.exr"]).current_dir(folder.path()).envs(NO_DRIVER);
+    let (status, told) = code(&command.output().unwrap());
+    assert_eq!(status, 1, "{told}");
+    assert!(told.contains("install") || told.contains("Install"), "{told}");
+    assert!(!folder.path().join("cloud.exr").exists());
+}
+
+#[test]
+fn a_folder_that_cannot_be_written_exits_1() {
+    let folder = folder_with(&scene());
+    let (status, told) = code(&skyloom(folder.path(), &["render", "scene.json", "cloud.f32", "-o", "none/cloud.f32"]));
+    assert_eq!(status, 1, "{told}");
+    std::fs::write(folder.path().join("file"), "").unwrap();
+    let (status, told) = code(&skyloom(folder.path(), &["serve", "--listen", "127.0.0.1:0", "--data", "file"]));
+    assert_eq!(status, 1, "{told}");
+}
+
+#[test]
+fn help_teaches_with_examples_and_lists_every_query_parameter() {
+    let folder = tempfile::tempdir().unwrap();
+    let output = skyloom(folder.path(), &["render", "--help"]);
+    assert_eq!(output.status.code(), Some(0));
+    let help = String::from_utf8(output.stdout).unwrap();
+    for parameter in skyloom::request::QUERY_PARAMETERS {
+        assert!(help.contains(&format!("--{}", parameter.name)), "{}", parameter.name);
+    }
+    assert!(help.contains("Examples:"));
+}
+
+#[test]
+fn adapters_marks_the_one_in_use() {
+    let folder = tempfile::tempdir().unwrap();
+    let output = skyloom(folder.path(), &["adapters"]);
+    assert_eq!(code(&output).0, 0, "{}", code(&output).1);
+    assert_eq!(String::from_utf8(output.stdout).unwrap().lines().filter(|line| line.starts_with('*')).count(), 1);
+}

@@ -1,0 +1,133 @@
+//! Registering, deleting, restarting, stopping; the viewer and the listings; a machine without a driver.
+
+use serde_json::Value;
+
+use crate::harness::{NO_DRIVER, Server, common, eventually, scene};
+use crate::images::ramp;
+
+#[test]
+fn a_scene_is_registered_once_and_described_in_full() {
+    let common = common();
+    let mut own = scene();
+    own["sun"]["zenith_deg"] = 41.into();
+    let text = own.to_string();
+    let first = common.server.post_scene(text.as_bytes());
+    assert_eq!(first.status, 201, "{}", first.text());
+    let answer = first.json();
+    assert_eq!(first.header("location"), answer["links"]["self"]);
+    assert_eq!(answer["scene"]["sun"]["zenith_deg"].as_f64(), Some(41.0));
+    assert!(answer["notes"].is_array());
+    assert_eq!(common.server.post_scene(text.as_bytes()).status, 200);
+    let shown = common.server.get(first.header("location")).json();
+    assert_eq!(shown["scene"], answer["scene"]);
+    assert!(["new", "building", "ready"].contains(&shown["tables"]["state"].as_str().unwrap()));
+    // The normalised scene is the same sky again.
+    let again = common.server.post_scene(answer["scene"].to_string().as_bytes());
+    assert_eq!((again.status, &again.json()["id"]), (200, &answer["id"]));
+}
+
+#[test]
+fn a_deleted_sky_is_gone_with_its_textures_and_can_come_back() {
+    let common = common();
+    let mut own = scene();
+    own["sun"]["zenith_deg"] = 42.into();
+    let sky = common.server.sky(&own);
+    let texture = format!("{sky}/shadow.f32?size=8");
+    let tag = common.server.get(&texture).header("etag").to_owned();
+    let gone = common.server.ask("DELETE", &sky, &[], b"");
+    assert_eq!((gone.status, gone.body.len()), (204, 0));
+    common.server.get(&sky).problem(404);
+    common.server.get(&texture).problem(404);
+    common.server.ask("GET", &texture, &[("if-none-match", &tag)], b"").problem(404);
+    common.server.ask("DELETE", &sky, &[], b"").problem(404);
+    assert_eq!(common.server.sky(&own), sky);
+    assert_eq!(common.server.get(&texture).header("etag"), tag);
+}
+
+#[cfg(unix)]
+#[test]
+fn a_restart_keeps_skies_and_images() {
+    let data = tempfile::tempdir().unwrap();
+    let server = Server::start(data.path(), &[], &[]);
+    let image = server.post_image("image/png", &ramp(8)).json()["sha256"].clone();
+    let mut mapped = scene();
+    mapped["layers"][0]["thickness"] = serde_json::json!({ "kind": "image", "image": image, "scale_m": 300 });
+    let sky = server.sky(&mapped);
+    let before = server.get(&format!("{sky}/shadow.f32?size=8"));
+    assert_eq!(before.status, 200, "{}", before.text());
+    assert!(server.terminate().success(), "SIGTERM is an orderly end");
+
+    let server = Server::start(data.path(), &[], &[]);
+    assert_eq!(server.get(&sky).status, 200);
+    let after = server.get(&format!("{sky}/shadow.f32?size=8"));
+    assert_eq!((after.status, after.header("etag")), (200, before.header("etag")));
+    assert_eq!(after.body, before.body);
+}
+
+#[test]
+fn a_half_written_sky_does_not_keep_the_server_from_starting() {
+    let data = tempfile::tempdir().unwrap();
+    let skies = data.path().join("skies");
+    std::fs::create_dir(&skies).unwrap();
+    let id = "ab".repeat(16);
+    std::fs::write(skies.join(format!("{id}.json")), "{\"domain\":").unwrap();
+    std::fs::write(skies.join(".x.1.2.tmp"), "{").unwrap();
+    let server = Server::start(data.path(), &[], &[]);
+    server.get(&format!("/v1/skies/{id}")).problem(404);
+    assert!(!skies.join(".x.1.2.tmp").exists());
+    server.sky(&scene());
+}
+
+#[test]
+fn presets_are_scenes_that_can_be_registered() {
+    let common = common();
+    let presets = common.server.get("/v1/presets").json();
+    let presets = presets.as_array().unwrap();
+    assert!(presets.len() >= 4);
+    for preset in presets {
+        assert!(!preset["title"].as_str().unwrap().is_empty());
+        common.server.sky(&preset["scene"]);
+    }
+}
+
+#[test]
+fn limits_in_force_are_shown() {
+    let common = common();
+    let limits = common.server.get("/v1/limits").json();
+    assert_eq!(limits["limits"]["scene_bytes"], 262_144);
+    assert_eq!(limits["queue"]["depth"], 32);
+}
+
+#[test]
+fn the_viewer_loads_nothing_from_elsewhere() {
+    let common = common();
+    let page = common.server.get("/");
+    assert_eq!(page.status, 200);
+    assert!(page.header("content-security-policy").starts_with("default-src 'none'"));
+    for path in ["/", "/viewer.js", "/viewer.css"] {
+        let file = common.server.get(path);
+        assert_eq!(file.status, 200, "{path}");
+        let text = String::from_utf8(file.body).unwrap();
+        assert!(!text.contains("://"), "{path} names another server");
+    }
+}
+
+#[test]
+fn without_a_driver_the_server_starts_and_says_why_it_cannot_render() {
+    let data = tempfile::tempdir().unwrap();
+    let server = Server::start(data.path(), &[], &NO_DRIVER);
+    assert_eq!(server.get("/health/live").status, 200);
+    let reason = |problem: Value| problem["detail"].as_str().unwrap().to_lowercase();
+    let failed = eventually("the reason", || {
+        let answer = server.get("/health/ready");
+        (!reason(answer.problem(503)).contains("being prepared")).then_some(answer)
+    });
+    assert!(!failed.header("retry-after").is_empty());
+    assert!(reason(failed.json()).contains("driver"), "{}", failed.text());
+    let sky = server.sky(&scene());
+    assert_eq!(server.get(&sky).status, 200);
+    let texture = server.get(&format!("{sky}/cloud.exr"));
+    assert!(!texture.header("retry-after").is_empty());
+    texture.problem(503);
+    server.get(&format!("{sky}/cloud.exr?size=0")).names(422, "size");
+}

@@ -1,0 +1,10 @@
+//! End to end: the real program, a real socket, a real data folder.
+
+#![allow(clippy::unwrap_used, clippy::panic, reason = "a test stops where it fails")]
+
+mod bad_input;
+mod command_line;
+mod harness;
+mod images;
+mod lifecycle;
+mod textures;

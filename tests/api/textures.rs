@@ -1,0 +1,110 @@
+//! Textures over HTTP: bytes, headers, caching.
+
+use serde_json::json;
+
+use crate::harness::{Server, common, eventually, scene};
+
+#[test]
+fn a_texture_tells_its_shape_type_and_what_it_cost() {
+    let common = common();
+    let sky = common.server.sky(&scene());
+    for (texture, channels) in [("cloud", 4), ("irradiance", 3), ("shadow", 1), ("thickness", 1)] {
+        let answer = common.server.get(&format!("{sky}/{texture}.f32?size=16&time=3"));
+        assert_eq!(answer.status, 200, "{}", answer.text());
+        assert_eq!(answer.header("x-skyloom-shape"), format!("16,16,{channels}"));
+        assert_eq!(answer.body.len(), 16 * 16 * channels * 4);
+        assert!(answer.body.chunks_exact(4).all(|bytes| f32::from_le_bytes(bytes.try_into().unwrap()).is_finite()));
+        assert!(answer.header("server-timing").contains(";dur="));
+        assert_eq!(answer.header("cache-control"), "public, max-age=31536000, immutable");
+    }
+    let png = common.server.get(&format!("{sky}/cloud.png?size=16"));
+    assert_eq!(png.header("content-type"), "image/png");
+    assert_eq!(image::load_from_memory(&png.body).unwrap().width(), 16);
+    let exr = common.server.get(&format!("{sky}/cloud.exr?size=16"));
+    assert!(exr.body.starts_with(&[0x76, 0x2f, 0x31, 0x01]));
+}
+
+#[test]
+fn the_size_of_a_texture_is_the_scenes_resolution_by_default() {
+    let common = common();
+    let sky = common.server.sky(&scene());
+    assert_eq!(common.server.get(&format!("{sky}/shadow.f32")).header("x-skyloom-shape"), "64,64,1");
+}
+
+#[test]
+fn a_known_tag_is_answered_304_without_a_body() {
+    let common = common();
+    let sky = common.server.sky(&scene());
+    let path = format!("{sky}/shadow.f32?size=16");
+    let tag = common.server.get(&path).header("etag").to_owned();
+    assert!(tag.starts_with('"') && tag.ends_with('"') && tag.len() > 10, "{tag}");
+    for list in [tag.clone(), format!("W/{tag}"), format!("\"other\", {tag}"), "*".to_owned()] {
+        let answer = common.server.ask("GET", &path, &[("if-none-match", &list)], b"");
+        assert_eq!((answer.status, answer.body.len()), (304, 0), "If-None-Match: {list}");
+        assert_eq!(answer.header("etag"), tag);
+    }
+    assert_eq!(common.server.ask("GET", &path, &[("if-none-match", "\"other\"")], b"").status, 200);
+}
+
+#[test]
+fn the_tag_is_the_same_for_equal_requests_and_differs_otherwise() {
+    let common = common();
+    let sky = common.server.sky(&scene());
+    let tag = |query: &str| common.server.get(&format!("{sky}/{query}")).header("etag").to_owned();
+    let one = tag("shadow.f32?size=16&time=1");
+    assert_eq!(one, tag("shadow.f32?time=1.0&size=16"));
+    for other in ["shadow.f32?size=16&time=2", "shadow.f32?size=17&time=1", "shadow.exr?size=16&time=1"] {
+        assert_ne!(one, tag(other), "{other}");
+    }
+}
+
+#[test]
+fn head_gives_the_headers_of_get() {
+    let common = common();
+    let path = format!("{}/shadow.f32?size=16", common.server.sky(&scene()));
+    let get = common.server.get(&path);
+    let head = common.server.ask("HEAD", &path, &[], b"");
+    assert_eq!((head.status, head.body.len()), (200, 0));
+    for name in ["etag", "content-type", "content-length", "x-skyloom-shape", "cache-control"] {
+        assert_eq!(head.header(name), get.header(name), "{name}");
+    }
+}
+
+#[test]
+fn a_second_request_is_answered_from_memory_with_the_same_bytes() {
+    let common = common();
+    let path = format!("{}/irradiance.exr?size=33", common.server.sky(&scene()));
+    let first = common.server.get(&path);
+    let second = common.server.get(&path);
+    assert!(second.header("server-timing").starts_with("cache;desc=hit"));
+    assert_eq!(first.body, second.body);
+}
+
+#[test]
+fn the_first_request_for_new_droplets_waits_for_their_tables_beyond_the_deadline_of_renders() {
+    let data = tempfile::tempdir().unwrap();
+    let settings = data.path().join("skyloom.toml");
+    std::fs::write(&settings, "[queue]\ntimeout_s = 1\n").unwrap();
+    let server = Server::start(&data.path().join("data"), &["--config", settings.to_str().unwrap()], &[]);
+    let mut mie = scene();
+    mie["layers"][0]["droplets"] = json!({ "effective_radius_um": 6.5, "broadness": 2, "number_per_cm3": 300 });
+    let sky = server.sky(&mie);
+    let state = || server.get(&sky).json()["tables"]["state"].as_str().unwrap().to_owned();
+    assert_eq!(state(), "new");
+    std::thread::scope(|scope| {
+        let answer = scope.spawn(|| server.get(&format!("{sky}/irradiance.f32?size=8")));
+        eventually("the tables", || (state() == "ready").then_some(()));
+        assert_eq!(server.get("/health/live").status, 200);
+        let answer = answer.join().unwrap();
+        assert_eq!(answer.status, 200, "{}", answer.text());
+    });
+    assert_eq!(server.get(&sky).json()["tables"], json!({ "state": "ready", "progress": 1.0 }));
+}
+
+#[test]
+fn readiness_names_the_adapter() {
+    let common = common();
+    let ready =
+        eventually("readiness", || Some(common.server.get("/health/ready")).filter(|answer| answer.status == 200));
+    assert!(!ready.json()["adapter"]["name"].as_str().unwrap().is_empty());
+}

@@ -1,0 +1,68 @@
+//! Scenes in, textures out, through the renderer itself. A machine without an adapter fails these tests: it never
+//! skips them.
+#![allow(dead_code, reason = "each test binary uses its part")]
+
+use serde_json::{Value, json};
+use skyloom::image::{Image, ImageEncoding, sha256_hex};
+use skyloom::render::{Job, Renderer, RendererOptions, Texture, Watch};
+use skyloom::request::Request;
+use skyloom::scene::Scene;
+use skyloom::tables::{MixTables, TableLibrary};
+use std::collections::HashMap;
+use std::sync::Arc;
+
+pub(crate) struct Sky {
+    pub(crate) renderer: Renderer,
+    library: TableLibrary,
+    images: HashMap<String, Arc<Image>>,
+    last: Vec<Arc<MixTables>>,
+}
+
+/// A layer of Henyey-Greenstein scatterers, which needs no Mie tables.
+pub(crate) fn hg_layer(thickness: Value, extinction_per_m: f64, albedo: f64) -> Value {
+    json!({ "base_m": 1000, "thickness": thickness,
+        "droplets": { "henyey_greenstein": 0.85, "extinction_per_m": extinction_per_m, "albedo": albedo } })
+}
+
+pub(crate) fn mean(texture: &Texture, channel: usize) -> f64 {
+    let channels = texture.channels.len();
+    let values = texture.data.iter().skip(channel).step_by(channels);
+    values.map(|value| f64::from(*value)).sum::<f64>() / (texture.data.len() / channels) as f64
+}
+
+impl Sky {
+    pub(crate) fn open() -> Self {
+        Self::with(&RendererOptions::default())
+    }
+
+    pub(crate) fn with(options: &RendererOptions) -> Self {
+        let renderer = Renderer::new(options).expect("a Vulkan driver (see README)");
+        Self { renderer, library: TableLibrary::new(None), images: HashMap::new(), last: Vec::new() }
+    }
+
+    pub(crate) fn add_image(&mut self, width: u32, height: u32, data: Vec<f32>) -> String {
+        let bytes: Vec<u8> = data.iter().flat_map(|value| value.to_le_bytes()).collect();
+        let name = sha256_hex(&bytes);
+        let image = Image { width, height, channels: 1, data, encoding: ImageEncoding::Float };
+        self.images.insert(name.clone(), Arc::new(image));
+        name
+    }
+
+    pub(crate) fn job(&mut self, scene: &Value, texture: &str, query: &[(&str, &str)]) -> Job {
+        let scene = Scene::from_json(scene.to_string().as_bytes()).expect("a valid scene");
+        let query: Vec<_> = query.iter().map(|(name, value)| ((*name).to_owned(), (*value).to_owned())).collect();
+        let request = Request::parse(texture, "f32", &query).expect("a valid request");
+        self.last = scene.mixes().iter().map(|mix| self.library.get(mix, &|_| ()).expect("tables")).collect();
+        Job { scene: Arc::new(scene), request, tables: self.last.clone(), images: self.images.clone() }
+    }
+
+    pub(crate) fn render(&mut self, scene: &Value, texture: &str, query: &[(&str, &str)]) -> Texture {
+        let job = self.job(scene, texture, query);
+        self.renderer.render(&job, &Watch::default()).expect("a texture")
+    }
+
+    /// Tables of the last scene's first mix.
+    pub(crate) fn tables(&self) -> &MixTables {
+        &self.last[0]
+    }
+}

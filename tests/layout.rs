@@ -1,0 +1,202 @@
+//! Claims about the shaders' text that need no device: they are valid, and what they share with the host is the same on
+//! both sides.
+
+#![expect(clippy::unwrap_used, reason = "a test stops where it fails")]
+#![expect(clippy::panic, reason = "a test fails by panicking")]
+
+use naga::valid::{Capabilities, ValidationFlags, Validator};
+use naga::{Expression, Literal, Module, ShaderStage, TypeInner};
+use skyloom::gpu::layout::{self, Budget, Exchange, Frame, Pattern, View};
+use skyloom::gpu::shaders::{self, Shader};
+use skyloom::shade::tables;
+use skyloom::slab::fluxes;
+use std::mem::{offset_of, size_of};
+
+/// Size of a struct and its fields in order, with their offsets.
+type Layout = (u32, Vec<(String, u32)>);
+
+fn parse(source: &str) -> Module {
+    naga::front::wgsl::parse_str(source).unwrap_or_else(|error| panic!("{}", error.emit_to_string(source)))
+}
+
+fn parsed(shader: &Shader) -> Module {
+    parse(&shader.source(true))
+}
+
+fn wgsl_layout(module: &Module, name: &str) -> Layout {
+    let (_, ty) = module.types.iter().find(|(_, ty)| ty.name.as_deref() == Some(name)).unwrap();
+    let TypeInner::Struct { members, span } = &ty.inner else { panic!("{name} is not a struct") };
+    (*span, members.iter().map(|member| (member.name.clone().unwrap(), member.offset)).collect())
+}
+
+macro_rules! host_layout {
+    ($ty:ident { $($field:ident),* $(,)? }) => {{
+        // Fails to compile when a field is left out.
+        let $ty { $($field: _),* } = $ty::default();
+        let fields = vec![$((stringify!($field).to_owned(), u32::try_from(offset_of!($ty, $field)).unwrap())),*];
+        (stringify!($ty), (u32::try_from(size_of::<$ty>()).unwrap(), fields))
+    }};
+}
+
+fn host_layouts() -> Vec<(&'static str, Layout)> {
+    vec![
+        host_layout!(Frame {
+            sun, sun_light, sky_light, extinction, beam, smooth_part, smooth_albedo, offset_uv, extent_m, base_m,
+            depth_m, texel_m, max_steps, spare,
+        }),
+        host_layout!(View { towards, eye, size, first_row, rows, from_above, part, peak, top_m, spare }),
+        host_layout!(Exchange { shift_uv, texels, samples, weights, levels, offsets_uv }),
+        host_layout!(Budget { scale, change }),
+        host_layout!(Pattern {
+            seed, octaves, cells, kind, cell_share, noise_scale, spread, threshold, scale_m, clip_m, width, spare,
+        }),
+    ]
+}
+
+/// Value of a constant of a shader.
+fn constant(module: &Module, name: &str) -> f64 {
+    let (_, constant) = module
+        .constants
+        .iter()
+        .find(|(_, constant)| constant.name.as_deref() == Some(name))
+        .unwrap_or_else(|| panic!("no constant {name}"));
+    match module.global_expressions[constant.init] {
+        Expression::Literal(Literal::F32(value)) => f64::from(value),
+        Expression::Literal(Literal::I32(value)) => f64::from(value),
+        Expression::Literal(Literal::U32(value)) => f64::from(value),
+        ref other => panic!("{name} is {other:?}"),
+    }
+}
+
+fn assert_constants(shader: &Shader, expected: &[(&str, f64)]) {
+    let module = parsed(shader);
+    for (name, value) in expected {
+        // The shader's constant is the host's, rounded to single precision.
+        assert_eq!(constant(&module, name), f64::from(*value as f32), "{} {name}", shader.label);
+    }
+}
+
+#[test]
+fn every_shader_is_valid_with_and_without_filtering() {
+    for shader in shaders::ALL {
+        for filtering in [true, false] {
+            let module = parse(&shader.source(filtering));
+            let valid = Validator::new(ValidationFlags::all(), Capabilities::empty()).validate(&module);
+            assert!(valid.is_ok(), "{}, filtering {filtering}: {:?}", shader.label, valid.err());
+        }
+    }
+}
+
+#[test]
+fn workgroups_are_those_of_the_entry_points() {
+    for shader in shaders::ALL {
+        let module = parsed(shader);
+        let [entry] = &module.entry_points[..] else { panic!("{} has not one entry point", shader.label) };
+        assert_eq!((entry.name.as_str(), entry.stage), ("main", ShaderStage::Compute), "{}", shader.label);
+        assert_eq!(entry.workgroup_size, shader.workgroup, "{}", shader.label);
+    }
+}
+
+#[test]
+fn bindings_are_numbered_without_gaps() {
+    for shader in shaders::ALL {
+        let module = parsed(shader);
+        let mut bindings: Vec<_> = module
+            .global_variables
+            .iter()
+            .filter_map(|(_, variable)| variable.binding)
+            .map(|binding| (binding.group, binding.binding))
+            .collect();
+        bindings.sort_unstable();
+        let expected: Vec<_> = (0..u32::try_from(bindings.len()).unwrap()).map(|binding| (0, binding)).collect();
+        assert_eq!(bindings, expected, "{}", shader.label);
+    }
+}
+
+#[test]
+fn host_structs_are_those_of_the_shaders() {
+    for shader in shaders::ALL {
+        let module = parsed(shader);
+        for (name, host) in host_layouts() {
+            assert_eq!(wgsl_layout(&module, name), host, "{name} in {}", shader.label);
+        }
+    }
+}
+
+#[test]
+fn every_uniform_and_storage_struct_is_a_host_struct() {
+    let known: Vec<_> = host_layouts().iter().map(|(name, _)| *name).collect();
+    for shader in shaders::ALL {
+        let module = parsed(shader);
+        for (_, variable) in module.global_variables.iter().filter(|(_, variable)| variable.binding.is_some()) {
+            let ty = &module.types[variable.ty];
+            if matches!(ty.inner, TypeInner::Struct { .. }) {
+                let name = ty.name.as_deref().unwrap();
+                assert!(known.contains(&name), "{name} of {} has no twin on the host", shader.label);
+            }
+        }
+    }
+}
+
+#[test]
+fn the_comparison_sees_drift() {
+    let source = |fields: &str| format!("struct Budget {{ {fields} }}\nvar<private> budget: Budget;");
+    let layout = |fields: &str| wgsl_layout(&parse(&source(fields)), "Budget");
+    let (_, host) = host_layout!(Budget { scale, change });
+    assert_eq!(layout("scale: vec4<f32>, change: vec4<f32>"), host);
+    for drifted in [
+        "change: vec4<f32>, scale: vec4<f32>",
+        "scale: vec4<f32>, changed: vec4<f32>",
+        "scale: vec4<f32>, change: vec4<f32>, more: f32",
+        "scale: vec3<f32>, change: f32",
+        "scale: vec4<f32>",
+    ] {
+        assert_ne!(layout(drifted), host, "{drifted}");
+    }
+}
+
+#[test]
+fn a_swap_in_the_real_text_is_seen() {
+    let source = shaders::SHADOW.source(true);
+    let swapped = source.replace("base_m: f32", "@@").replace("depth_m: f32", "base_m: f32").replace("@@", "depth_m: f32");
+    assert_ne!(source, swapped);
+    let (_, host) = &host_layouts()[0];
+    assert_ne!(&wgsl_layout(&parse(&swapped), "Frame"), host);
+}
+
+#[test]
+fn constants_of_the_slab_tables() {
+    let expected = [
+        ("MIN_COSINE", f64::from(layout::MIN_COSINE)),
+        ("PI", std::f64::consts::PI),
+        ("SLAB_LOG2_DEPTH_MIN", f64::from(fluxes::FIRST_LOG2_DEPTH)),
+        ("SLAB_DEPTH_MIN", f64::from(fluxes::FIRST_LOG2_DEPTH).exp2()),
+        ("SLAB_NODES_PER_OCTAVE", fluxes::DEPTHS_PER_OCTAVE as f64),
+        ("SLAB_DEPTH_NODES", fluxes::DEPTH_COUNT as f64),
+        ("SLAB_ROOT_COSINE_MIN", fluxes::FIRST_ROOT_MU),
+        ("SLAB_COSINE_NODES", fluxes::MU_COUNT as f64),
+        ("PHASE_COLUMNS", tables::PHASE_COLUMNS as f64),
+    ];
+    for shader in [&shaders::BASE_LIGHT, &shaders::IRRADIANCE, &shaders::CLOUD] {
+        assert_constants(shader, &expected);
+    }
+}
+
+#[test]
+fn constants_of_the_shade_tables() {
+    let expected = [
+        ("CLOSURE_ROWS", tables::CLOSURE_ROWS as f64),
+        ("AUREOLE_ROWS", tables::AUREOLE_ROWS as f64),
+        ("AUREOLE_COLUMNS", tables::AUREOLE_COLUMNS as f64),
+        ("AUREOLE_LOG2_MIN", tables::AUREOLE_LOG2_MIN),
+        ("AUREOLE_ROWS_PER_OCTAVE", tables::AUREOLE_ROWS_PER_OCTAVE),
+        ("AUREOLE_HALF_SIN_MAX", tables::AUREOLE_HALF_SIN_MAX),
+    ];
+    assert_constants(&shaders::CLOUD, &expected);
+}
+
+#[test]
+#[should_panic(expected = "cloud CLOSURE_ROWS")]
+fn a_wrong_constant_is_seen() {
+    assert_constants(&shaders::CLOUD, &[("CLOSURE_ROWS", 7.0)]);
+}
