@@ -37,5 +37,11 @@ pub mod shade;
 pub mod slab;
 pub mod tables;
 
-/// Version of the renderer: two versions may give different textures for the same request.
-pub const VERSION: &str = env!("CARGO_PKG_VERSION");
+use std::sync::LazyLock;
+
+/// Version of the renderer: two versions may give different textures for the same request. The crate's version and a
+/// hash of all shaders.
+pub static VERSION: LazyLock<String> = LazyLock::new(|| {
+    let sources: String = gpu::shaders::ALL.iter().map(|shader| shader.source(true)).collect();
+    format!("{}+{}", env!("CARGO_PKG_VERSION"), &image::sha256_hex(sources.as_bytes())[..12])
+});

@@ -330,9 +330,10 @@ impl Renderer {
         })
     }
 
-    /// White of a picture: a white, diffuse surface above the clouds under the scene's light.
+    /// White of a picture: twice a white, diffuse surface above the clouds under the scene's light, so that the glare of
+    /// a low sun and silver linings keep their shape.
     fn white(&self, job: &Job) -> f32 {
-        let irradiance = frame::irradiance_above(&job.scene).into_iter().fold(0.0, f64::max);
+        let irradiance = 2.0 * frame::irradiance_above(&job.scene).into_iter().fold(0.0, f64::max);
         let white = match job.request.texture {
             TextureKind::Cloud => irradiance / std::f64::consts::PI,
             TextureKind::Irradiance => irradiance,

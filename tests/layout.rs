@@ -41,14 +41,37 @@ macro_rules! host_layout {
 fn host_layouts() -> Vec<(&'static str, Layout)> {
     vec![
         host_layout!(Frame {
-            sun, sun_light, sky_light, extinction, beam, smooth_part, smooth_albedo, offset_uv, extent_m, base_m,
-            depth_m, texel_m, max_steps, spare,
+            sun,
+            sun_light,
+            sky_light,
+            extinction,
+            beam,
+            smooth_part,
+            smooth_albedo,
+            offset_uv,
+            extent_m,
+            base_m,
+            depth_m,
+            texel_m,
+            max_steps,
+            spare,
         }),
         host_layout!(View { towards, eye, size, first_row, rows, from_above, part, peak, top_m, spare }),
         host_layout!(Exchange { shift_uv, texels, samples, weights, levels, offsets_uv }),
         host_layout!(Budget { scale, change }),
         host_layout!(Pattern {
-            seed, octaves, cells, kind, cell_share, noise_scale, spread, threshold, scale_m, clip_m, width, spare,
+            seed,
+            octaves,
+            cells,
+            kind,
+            cell_share,
+            noise_scale,
+            spread,
+            threshold,
+            scale_m,
+            clip_m,
+            width,
+            spare,
         }),
     ]
 }
@@ -158,7 +181,8 @@ fn the_comparison_sees_drift() {
 #[test]
 fn a_swap_in_the_real_text_is_seen() {
     let source = shaders::SHADOW.source(true);
-    let swapped = source.replace("base_m: f32", "@@").replace("depth_m: f32", "base_m: f32").replace("@@", "depth_m: f32");
+    let swapped =
+        source.replace("base_m: f32", "@@").replace("depth_m: f32", "base_m: f32").replace("@@", "depth_m: f32");
     assert_ne!(source, swapped);
     let (_, host) = &host_layouts()[0];
     assert_ne!(&wgsl_layout(&parse(&swapped), "Frame"), host);

@@ -20,7 +20,7 @@ const FILES: &[(&str, &str, &str)] = &[
     ("stratocumulus", "Stratocumulus deck", include_str!("../../config/scenes/stratocumulus.json")),
     ("broken", "Broken clouds", include_str!("../../config/scenes/broken.json")),
     ("uniform", "Uniform layer", include_str!("../../config/scenes/uniform.json")),
-    ("coast", "Coast", include_str!("../../config/scenes/coast.json")),
+    ("snow", "Broken clouds over snow", include_str!("../../config/scenes/snow.json")),
 ];
 
 /// All presets.

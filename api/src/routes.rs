@@ -170,8 +170,10 @@ async fn around(State(app): State<Arc<App>>, request: Request, next: Next) -> Re
 async fn register_sky(State(app): State<Arc<App>>, request: Request) -> Result<Response, ApiError> {
     let (parts, body) = request.into_parts();
     let media_type = body::media_type(&parts.headers);
-    let is_json = media_type.is_empty() || media_type == "application/json" || media_type.ends_with("+json");
-    if !is_json {
+    // The form type is what curl -d and many libraries send when nobody says otherwise; what is inside is parsed as JSON
+    // in any case.
+    let unsaid = media_type.is_empty() || media_type == "application/x-www-form-urlencoded";
+    if !unsaid && media_type != "application/json" && !media_type.ends_with("+json") {
         return Err(ApiError::MediaType(format!(
             "a scene is application/json (curl --json @scene.json), not {media_type}"
         )));
@@ -262,7 +264,7 @@ async fn show_limits(State(app): State<Arc<App>>) -> Response {
     let Config { limits, queue, cache, server, .. } = &app.config;
     let times = json!({ "header_timeout_s": server.header_timeout_s, "body_timeout_s": server.body_timeout_s });
     let answer = json!({
-        "version": skyloom::VERSION, "limits": limits, "queue": queue, "cache": cache, "server": times,
+        "version": *skyloom::VERSION, "limits": limits, "queue": queue, "cache": cache, "server": times,
     });
     ([(header::CACHE_CONTROL, "no-cache")], Json(answer)).into_response()
 }

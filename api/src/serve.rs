@@ -44,7 +44,7 @@ async fn run(config: Config) -> Result<(), String> {
     let app = App::open(config, factory).map_err(|error| format!("data folder {}: {error}", data.display()))?;
     let app = Arc::new(app);
     announce(address).map_err(|error| format!("writing to stdout: {error}"))?;
-    tracing::info!(%address, data = %data.display(), version = skyloom::VERSION, "listening");
+    tracing::info!(%address, data = %data.display(), version = %*skyloom::VERSION, "listening");
 
     let connections = accept(&app, listener, &mut stop).await;
     let grace = Duration::from_secs(app.config.server.grace_s);

@@ -212,7 +212,7 @@ fn entity_tag(id: &str, request: &Request, adapter: &Adapter) -> String {
         request.texture.name(),
         request.format.extension(),
         &request.canonical(),
-        skyloom::VERSION,
+        &skyloom::VERSION,
         &adapter.name,
         &adapter.driver,
     ];

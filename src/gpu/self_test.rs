@@ -22,7 +22,8 @@ pub(super) fn run(gpu: &Gpu) -> Result<(), GpuError> {
         ("exponential", found[2], 0.5_f32.exp2()),
         ("square root", found[3], 2.0_f32.sqrt()),
     ] {
-        if !((found - expected).abs() <= WORST_ERROR * expected) {
+        let error = (found - expected).abs();
+        if error.is_nan() || error > WORST_ERROR * expected {
             let text = format!("self-test of {}: {name} gave {found}, not {expected}", gpu.summary.name);
             return Err(GpuError::Failed(text));
         }

@@ -214,7 +214,7 @@ pub(super) fn metadata(scene: &Scene, request: &Request, texture: &Texture) -> M
         texture: request.texture.name().to_owned(),
         comments: meaning.to_owned(),
         scene: scene.id(),
-        software: format!("skyloom {}", crate::VERSION),
+        software: format!("skyloom {}", *crate::VERSION),
         // The scene gives its own light: whether its unit is kcd/m² is the caller's knowledge.
         white_luminance: None,
         periodic: true,

@@ -1,0 +1,40 @@
+# Two commands do everything on a fresh machine: `make run` and `make test`.
+CARGO ?= cargo
+# The Mesa layer that picks a default device asks for a desktop and complains on a server; skyloom picks its own.
+export NODEVICE_SELECT = 1
+LISTEN ?= 127.0.0.1:8080
+# One profile for running, testing and measuring: dependencies are compiled once.
+FLAGS := --release --locked
+
+.PHONY: help run test driver fmt bench pictures
+
+help:
+	@echo "make run       start the server with its viewer on http://$(LISTEN) (LISTEN=ADDR:PORT for another place)"
+	@echo "make test      format check, lints as errors, every test"
+	@echo "make bench     time of each stage, per texel"
+	@echo "make pictures  draw the pictures of README.md anew (docs/pictures)"
+	@echo "make fmt       format the code"
+
+# Finds a Vulkan driver, or installs the distribution's software one.
+driver:
+	@.ci/driver
+
+run: driver
+	$(CARGO) build $(FLAGS) -p skyloom-server
+	target/release/skyloom serve --listen $(LISTEN)
+
+test:
+	@.ci/driver --required
+	$(CARGO) fmt --all --check
+	$(CARGO) clippy $(FLAGS) --workspace --all-targets -- -D warnings
+	$(CARGO) test $(FLAGS) --workspace
+
+bench: driver
+	$(CARGO) bench --locked
+
+pictures: driver
+	$(CARGO) build $(FLAGS) -p skyloom-server
+	docs/pictures/draw target/release/skyloom
+
+fmt:
+	$(CARGO) fmt --all

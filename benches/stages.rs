@@ -1,0 +1,147 @@
+//! Time of each stage at 256, 512 and 1024 texels a side, in one run, and the same per texel.
+#![allow(
+    clippy::unwrap_used,
+    clippy::expect_used,
+    clippy::print_stdout,
+    missing_docs,
+    reason = "a bench stops where it fails and prints what it found"
+)]
+
+use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
+use serde_json::json;
+use skyloom::render::{Job, Renderer, RendererOptions, Watch, encode};
+use skyloom::request::Request;
+use skyloom::scene::Scene;
+use skyloom::tables::{MixTables, TableLibrary};
+use std::collections::HashMap;
+use std::sync::Arc;
+use std::time::Duration;
+
+const SIDES: [u32; 3] = [256, 512, 1024];
+
+/// A scene that no earlier one shares its field with, nor its light at another time.
+fn job(library: &TableLibrary, side: u32, seed: u64, texture: &str, format: &str, query: &[(&str, String)]) -> Job {
+    let scene = json!({
+        "domain": { "extent_m": 20000, "resolution": side },
+        "sun": { "zenith_deg": 60, "azimuth_deg": 160 },
+        "atmosphere": { "sun": [98, 94, 87], "sky": [2.6, 3.8, 6.2] },
+        "ground": { "albedo": [0.2, 0.2, 0.2] },
+        "layers": [{ "base_m": 1000,
+            "thickness": { "kind": "stratocumulus", "pattern": "closed", "coverage": 0.9, "seed": seed },
+            "droplets": { "henyey_greenstein": 0.85, "extinction_per_m": 0.037 },
+            "wind": { "speed_m_s": 8, "from_deg": 250 } }],
+    });
+    let scene = Scene::from_json(scene.to_string().as_bytes()).unwrap();
+    let query: Vec<_> = query.iter().map(|(name, value)| ((*name).to_owned(), value.clone())).collect();
+    let tables = scene.mixes().iter().map(|mix| library.get(mix, &|_| ()).unwrap()).collect();
+    let request = Request::parse(texture, format, &query).unwrap();
+    Job { scene: Arc::new(scene), request, tables, images: HashMap::new() }
+}
+
+/// What is timed: a stage of rendering some texture, and whether each run needs a new field or a new moment.
+struct Case {
+    name: &'static str,
+    texture: &'static str,
+    stage: &'static str,
+    query: &'static [(&'static str, &'static str)],
+    new_field: bool,
+    new_moment: bool,
+}
+
+const fn shade(name: &'static str, texture: &'static str, query: &'static [(&'static str, &'static str)]) -> Case {
+    Case { name, texture, stage: "shade", query, new_field: false, new_moment: false }
+}
+
+const CASES: &[Case] = &[
+    Case { name: "field", texture: "thickness", stage: "field", query: &[], new_field: true, new_moment: false },
+    Case { name: "light", texture: "irradiance", stage: "light", query: &[], new_field: false, new_moment: true },
+    shade("thickness", "thickness", &[]),
+    shade("shadow", "shadow", &[]),
+    shade("irradiance", "irradiance", &[]),
+    shade("cloud below", "cloud", &[]),
+    shade("cloud above, slanted", "cloud", &[("view", "above"), ("direction", "60,30")]),
+    shade("cloud in perspective", "cloud", &[("eye", "0,0,2")]),
+];
+
+fn stages(criterion: &mut Criterion) {
+    let mut renderer = Renderer::new(&RendererOptions::default()).expect("a Vulkan driver");
+    let library = TableLibrary::new(None);
+    println!("adapter: {} ({})", renderer.adapter().name, renderer.adapter().driver);
+    let mut run = 0;
+    let mut per_texel = Vec::new();
+    for case in CASES {
+        let mut group = criterion.benchmark_group(case.name);
+        for side in SIDES {
+            let texels = u64::from(side) * u64::from(side);
+            group.throughput(Throughput::Elements(texels));
+            let mut times = Vec::new();
+            group.bench_function(BenchmarkId::from_parameter(side), |bench| {
+                bench.iter_custom(|count| {
+                    let mut total = Duration::ZERO;
+                    for _ in 0..count {
+                        run += 1;
+                        let seed = if case.new_field { run } else { 1 };
+                        let mut query: Vec<_> =
+                            case.query.iter().map(|(name, value)| (*name, (*value).to_owned())).collect();
+                        if case.new_moment {
+                            query.push(("time", run.to_string()));
+                        }
+                        let job = job(&library, side, seed, case.texture, "f32", &query);
+                        let texture = renderer.render(&job, &Watch::default()).unwrap();
+                        let stage = texture.timings.iter().find(|(stage, _)| *stage == case.stage).unwrap().1;
+                        times.push(stage);
+                        total += stage;
+                    }
+                    total
+                });
+            });
+            times.sort();
+            if let Some(median) = times.get(times.len() / 2) {
+                per_texel.push((case.name, side, median.as_secs_f64() * 1e9 / texels as f64));
+            }
+        }
+        group.finish();
+    }
+    println!("\nmedian ns per texel\n{:<24}{:>8}{:>8}{:>8}", "stage", SIDES[0], SIDES[1], SIDES[2]);
+    for rows in per_texel.chunks(SIDES.len()) {
+        print!("{:<24}", rows[0].0);
+        rows.iter().for_each(|(_, _, time)| print!("{time:>8.1}"));
+        println!();
+    }
+}
+
+fn encoders(criterion: &mut Criterion) {
+    let mut renderer = Renderer::new(&RendererOptions::default()).expect("a Vulkan driver");
+    let library = TableLibrary::new(None);
+    for format in ["exr", "png", "f32"] {
+        let mut group = criterion.benchmark_group(format!("encode {format}"));
+        for side in SIDES {
+            let job = job(&library, side, 1, "cloud", format, &[]);
+            let texture = renderer.render(&job, &Watch::default()).unwrap();
+            group.throughput(Throughput::Elements(u64::from(side) * u64::from(side)));
+            group.bench_function(BenchmarkId::from_parameter(side), |bench| {
+                bench.iter(|| encode(&texture, &job).unwrap());
+            });
+        }
+        group.finish();
+    }
+}
+
+fn mixes(criterion: &mut Criterion) {
+    let mut group = criterion.benchmark_group("tables of a new droplet mix");
+    group.sample_size(10);
+    for radius in [4.0, 7.0, 12.0] {
+        let mix = skyloom::optics::Mix::Gamma { effective_radius_um: radius, broadness: 2.0, refractive_index: None };
+        group.bench_function(BenchmarkId::from_parameter(radius), |bench| {
+            bench.iter(|| MixTables::build(&mix, &|_| ()).unwrap());
+        });
+    }
+    group.finish();
+}
+
+criterion_group! {
+    name = benches;
+    config = Criterion::default().sample_size(20).warm_up_time(Duration::from_millis(500)).measurement_time(Duration::from_secs(2));
+    targets = stages, encoders, mixes
+}
+criterion_main!(benches);

@@ -1,0 +1,65 @@
+//! Small skies whose passes are compared with their twins.
+
+use serde_json::{Value, json};
+use skyloom::render::Job;
+use skyloom::request::Request;
+use skyloom::scene::Scene;
+use skyloom::tables::TableLibrary;
+use std::collections::HashMap;
+use std::sync::{Arc, LazyLock};
+
+/// Droplets, sun and pattern of a test sky: a kilometre of air between broken cloud and coloured ground.
+pub(crate) struct Sky {
+    pub(crate) zenith_deg: f64,
+    pub(crate) thickness: Value,
+    pub(crate) droplets: Value,
+    pub(crate) albedo: [f64; 3],
+}
+
+impl Sky {
+    pub(crate) fn at(zenith_deg: f64) -> Self {
+        Self { zenith_deg, thickness: pattern("open", 0.6), droplets: henyey_greenstein(), albedo: [0.2, 0.5, 0.9] }
+    }
+
+    /// Haze that a grazing ray gets through.
+    pub(crate) fn hazy(zenith_deg: f64) -> Self {
+        let droplets = json!({"henyey_greenstein": 0.7, "extinction_per_m": 1e-4, "albedo": 0.99});
+        let mut thickness = pattern("open", 0.3);
+        thickness["mean_m"] = json!(40);
+        Self { droplets, thickness, ..Self::at(zenith_deg) }
+    }
+
+    pub(crate) fn job(&self, texture: &str, query: &[(&str, &str)]) -> Job {
+        let scene = json!({
+            "domain": {"extent_m": 20_000, "resolution": 64},
+            "sun": {"zenith_deg": self.zenith_deg, "azimuth_deg": 150},
+            "atmosphere": {"sun": [100, 98, 94], "sky": [3, 4, 6]},
+            "ground": {"albedo": self.albedo},
+            "layers": [{
+                "kind": "stratiform", "base_m": 1000, "thickness": self.thickness, "droplets": self.droplets,
+                "wind": {"speed_m_s": 7, "from_deg": 200}
+            }]
+        });
+        let scene = Scene::from_json(scene.to_string().as_bytes()).unwrap();
+        let query: Vec<_> = query.iter().map(|(name, value)| ((*name).to_owned(), (*value).to_owned())).collect();
+        let request = Request::parse(texture, "f32", &query).unwrap();
+        let tables = scene.mixes().iter().map(|mix| LIBRARY.get(mix, &|_| ()).unwrap()).collect();
+        Job { scene: Arc::new(scene), request, tables, images: HashMap::new() }
+    }
+}
+
+pub(crate) fn pattern(name: &str, coverage: f64) -> Value {
+    json!({
+        "kind": "stratocumulus", "pattern": name, "mean_m": 250, "coverage": coverage, "cell_m": 2500, "seed": 7
+    })
+}
+
+fn henyey_greenstein() -> Value {
+    json!({"henyey_greenstein": 0.85, "extinction_per_m": 0.04, "albedo": 1})
+}
+
+pub(crate) fn water() -> Value {
+    json!({"effective_radius_um": 7, "number_per_cm3": 300})
+}
+
+static LIBRARY: LazyLock<TableLibrary> = LazyLock::new(|| TableLibrary::new(None));

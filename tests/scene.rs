@@ -1,0 +1,261 @@
+//! Reading of scenes and requests: what is refused, with which pointer, and that nothing is lost on the way.
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test stops where it fails")]
+
+use proptest::prelude::*;
+use serde_json::{Value, json};
+use skyloom::request::{Request, RequestError};
+use skyloom::scene::{Scene, SceneError};
+
+fn errors(scene: &str) -> Vec<(String, String)> {
+    match Scene::from_json(scene.as_bytes()) {
+        Err(SceneError::Invalid(errors)) => errors.into_iter().map(|e| (e.pointer, e.detail)).collect(),
+        other => panic!("{scene}: {other:?}"),
+    }
+}
+
+fn unreadable(scene: &str) -> String {
+    match Scene::from_json(scene.as_bytes()) {
+        Err(SceneError::Unreadable(reason)) => reason,
+        other => panic!("{scene}: {other:?}"),
+    }
+}
+
+fn full() -> Value {
+    json!({
+        "domain": { "extent_m": 20000, "resolution": 512 },
+        "sun": { "zenith_deg": 50, "azimuth_deg": 180, "angular_diameter_deg": 0 },
+        "atmosphere": { "sun": [98, 94, 87], "sky": [2.6, 3.8, 6.2] },
+        "ground": { "albedo": [0.2, 0.2, 0.2] },
+        "layers": [{ "kind": "stratiform", "base_m": 1000,
+            "thickness": { "kind": "stratocumulus", "pattern": "closed", "mean_m": 250, "coverage": 1, "cell_m": 2500, "seed": 7 },
+            "droplets": { "effective_radius_um": 7, "broadness": 2, "number_per_cm3": 300 },
+            "wind": { "speed_m_s": 8, "from_deg": 250, "turbulence_m_s": 1.5 } }],
+    })
+}
+
+#[test]
+fn an_empty_object_is_a_scene_and_its_normalised_text_spells_out_every_default() {
+    let scene = Scene::from_json(b"{}").unwrap();
+    let text = scene.to_json();
+    for key in ["domain", "sun", "atmosphere", "ground", "layers"] {
+        assert!(text.get(key).is_some(), "{key}");
+    }
+    assert_eq!(Scene::from_json(text.to_string().as_bytes()).unwrap(), scene);
+}
+
+#[test]
+fn normalised_text_is_a_fixed_point_and_names_the_scene() {
+    let scene = Scene::from_json(full().to_string().as_bytes()).unwrap();
+    let again = Scene::from_json(scene.to_json().to_string().as_bytes()).unwrap();
+    assert_eq!(scene, again);
+    assert_eq!(scene.id(), again.id());
+    assert_eq!(scene.id().len(), 32);
+    let mut other = full();
+    other["layers"][0]["thickness"]["seed"] = json!(8);
+    assert_ne!(Scene::from_json(other.to_string().as_bytes()).unwrap().id(), scene.id());
+}
+
+#[test]
+fn spelling_does_not_change_the_id() {
+    let id = |text: &str| Scene::from_json(text.as_bytes()).unwrap().id();
+    assert_eq!(
+        id(r#"{"sun":{"zenith_deg":50,"azimuth_deg":-90}}"#),
+        id(r#"{"sun":{"azimuth_deg":270.0,"zenith_deg":5e1}}"#)
+    );
+    assert_eq!(id(r#"{"sun":{"zenith_deg":-0.0}}"#), id(r#"{"sun":{"zenith_deg":0}}"#));
+    assert_eq!(id("{}"), id(r#"{"layers":[]}"#));
+}
+
+#[test]
+fn every_unknown_field_is_named() {
+    for (path, pointer) in [
+        ("", "/typo"),
+        ("/domain", "/domain/typo"),
+        ("/sun", "/sun/typo"),
+        ("/atmosphere", "/atmosphere/typo"),
+        ("/ground", "/ground/typo"),
+        ("/layers/0", "/layers/0/typo"),
+        ("/layers/0/thickness", "/layers/0/thickness/typo"),
+        ("/layers/0/droplets", "/layers/0/droplets/typo"),
+        ("/layers/0/wind", "/layers/0/wind/typo"),
+    ] {
+        let mut scene = full();
+        scene.pointer_mut(path).unwrap()["typo"] = json!(1);
+        let found = errors(&scene.to_string());
+        assert_eq!(found.len(), 1, "{found:?}");
+        assert_eq!(found[0].0, pointer);
+        assert!(found[0].1.contains("allowed"), "{}", found[0].1);
+    }
+}
+
+#[test]
+fn numbers_out_of_range_are_refused_with_the_range() {
+    for (pointer, value) in [
+        ("/domain/extent_m", json!(1e308)),
+        ("/domain/extent_m", json!(0)),
+        ("/domain/resolution", json!(4097)),
+        ("/domain/resolution", json!(1.5)),
+        ("/domain/resolution", json!(0)),
+        ("/sun/zenith_deg", json!(180.1)),
+        ("/sun/angular_diameter_deg", json!(0.5)),
+        ("/atmosphere/sun", json!([1, 2])),
+        ("/atmosphere/sky/1", json!(-1)),
+        ("/ground/albedo/2", json!(1.01)),
+        ("/layers/0/base_m", json!(20001)),
+        ("/layers/0/thickness/mean_m", json!(-1)),
+        ("/layers/0/thickness/coverage", json!(2)),
+        ("/layers/0/thickness/pattern", json!("wavy")),
+        ("/layers/0/thickness/seed", json!(-1)),
+        ("/layers/0/droplets/effective_radius_um", json!(0.4)),
+        ("/layers/0/droplets/number_per_cm3", json!("many")),
+        ("/layers/0/wind/speed_m_s", json!(null)),
+        ("/layers/0/kind", json!("cumulonimbus")),
+    ] {
+        let mut scene = full();
+        *scene.pointer_mut(pointer).unwrap() = value;
+        let found = errors(&scene.to_string());
+        assert_eq!(found.len(), 1, "{pointer}: {found:?}");
+        assert_eq!(found[0].0, pointer);
+    }
+}
+
+#[test]
+fn all_errors_are_told_at_once() {
+    let found = errors(
+        r#"{"sun":{"zenith_deg":-5},"domain":{"extent_m":0,"x":1},"layers":[{"thickness":{"kind":"uniform"}}]}"#,
+    );
+    let pointers: Vec<_> = found.iter().map(|e| e.0.as_str()).collect();
+    assert_eq!(pointers, ["/domain/x", "/domain/extent_m", "/sun/zenith_deg", "/layers/0/thickness/metres"]);
+}
+
+#[test]
+fn text_that_is_not_strict_json_is_unreadable() {
+    for text in
+        ["", "{", r#"{"sun":{"zenith_deg":NaN}}"#, r#"{"sun":{"zenith_deg":1e400}}"#, "{} x", "{\"sun\":{},\"sun\":{}}"]
+    {
+        assert!(!unreadable(text).is_empty());
+    }
+    assert!(unreadable(r#"{"sun":{"zenith_deg":1,"zenith_deg":2}}"#).contains("zenith_deg"));
+}
+
+#[test]
+fn deep_nesting_is_unreadable_and_no_crash() {
+    unreadable(&"[".repeat(100_000));
+}
+
+#[test]
+fn phase_function_tables_are_checked() {
+    let with = |table: Value| {
+        let mut scene = full();
+        scene["layers"][0]["droplets"] = json!({ "phase_function": table, "extinction_per_m": 0.01 });
+        scene.to_string()
+    };
+    assert!(Scene::from_json(with(json!([[0, 10], [90, 1], [180, 2]])).as_bytes()).is_ok());
+    for table in [
+        json!([]),
+        json!([[0, 1]]),
+        json!([[0, 1], [0, 2]]),
+        json!([[0, 0], [180, 0]]),
+        json!([[0, -1], [180, 1]]),
+        json!("x"),
+    ] {
+        assert!(errors(&with(table))[0].0.starts_with("/layers/0/droplets/phase_function"));
+    }
+}
+
+#[test]
+fn image_names_are_hashes() {
+    let mut scene = full();
+    scene["ground"]["albedo"] = json!({ "image": "../../etc/passwd" });
+    assert_eq!(errors(&scene.to_string())[0].0, "/ground/albedo/image");
+    scene["ground"]["albedo"] = json!({ "image": "a".repeat(64) });
+    let references = Scene::from_json(scene.to_string().as_bytes()).unwrap().image_references();
+    assert_eq!(references.len(), 1);
+    assert_eq!(references[0].pointer, "/ground/albedo/image");
+}
+
+#[test]
+fn fields_without_effect_are_noted() {
+    let notes = Scene::from_json(full().to_string().as_bytes()).unwrap().notes();
+    assert_eq!(notes.len(), 1);
+    assert_eq!(notes[0].pointer, "/layers/0/wind/turbulence_m_s");
+}
+
+fn parse(texture: &str, format: &str, query: &[(&str, &str)]) -> Result<Request, RequestError> {
+    let query: Vec<_> = query.iter().map(|(name, value)| ((*name).to_owned(), (*value).to_owned())).collect();
+    Request::parse(texture, format, &query)
+}
+
+#[test]
+fn wrong_query_values_are_refused_by_name() {
+    for (name, value) in [
+        ("size", "65537"),
+        ("size", "0"),
+        ("size", "12.5"),
+        ("time", "-1"),
+        ("time", "NaN"),
+        ("time", "inf"),
+        ("view", "sideways"),
+        ("direction", "90,0"),
+        ("direction", "10"),
+        ("eye", "1,2"),
+        ("tolerance", "0"),
+        ("tolerance", "1.1"),
+        ("method", "magic"),
+        ("depth", "8"),
+        ("unknown", "1"),
+        ("scale", "0"),
+    ] {
+        match parse("cloud", "exr", &[(name, value)]) {
+            Err(RequestError::Invalid(errors)) => {
+                assert_eq!(errors.len(), 1);
+                assert_eq!(errors[0].pointer, name);
+            }
+            other => panic!("{name}={value}: {other:?}"),
+        }
+    }
+}
+
+#[test]
+fn repeated_and_contradicting_parameters_are_refused() {
+    assert!(parse("cloud", "png", &[("size", "8"), ("size", "8")]).is_err());
+    assert!(parse("cloud", "png", &[("direction", "1,2"), ("eye", "0,0,0")]).is_err());
+    assert!(matches!(parse("clouds", "png", &[]), Err(RequestError::UnknownTexture(_))));
+    assert!(matches!(parse("cloud", "bmp", &[]), Err(RequestError::UnknownFormat(_))));
+}
+
+#[test]
+fn requests_that_give_the_same_reply_have_the_same_key() {
+    let key = |texture: &str, query: &[(&str, &str)]| parse(texture, "exr", query).unwrap().canonical();
+    assert_eq!(key("shadow", &[]), key("shadow", &[("view", "above"), ("exposure", "2")]));
+    assert_eq!(key("cloud", &[("time", "10")]), key("cloud", &[("time", "1e1"), ("tolerance", "0.02")]));
+    assert_ne!(key("cloud", &[]), key("cloud", &[("view", "above")]));
+}
+
+proptest! {
+    #[test]
+    fn any_bytes_give_a_scene_or_an_error(bytes in proptest::collection::vec(any::<u8>(), 0..200)) {
+        let _ = Scene::from_json(&bytes);
+    }
+
+    #[test]
+    fn any_valid_scene_survives_writing_and_reading(
+        extent in 1.0..1e6f64, zenith in 0.0..180.0f64, azimuth in -360.0..360.0f64, base in 0.0..2e4f64,
+        metres in 0.0..1e5f64, g in -0.98..0.98f64, k in 1e-4..1.0f64, albedo in 0.0..=1.0f64,
+    ) {
+        let scene = json!({
+            "domain": { "extent_m": extent }, "sun": { "zenith_deg": zenith, "azimuth_deg": azimuth },
+            "ground": { "albedo": [albedo, 0, 1] },
+            "layers": [{ "base_m": base, "thickness": { "kind": "uniform", "metres": metres },
+                "droplets": { "henyey_greenstein": g, "extinction_per_m": k, "albedo": albedo } }],
+        });
+        let scene = Scene::from_json(scene.to_string().as_bytes()).unwrap();
+        let again = Scene::from_json(scene.to_json().to_string().as_bytes()).unwrap();
+        prop_assert_eq!(scene.id(), again.id());
+    }
+
+    #[test]
+    fn any_query_text_gives_a_request_or_an_error(name in "[a-z]{1,9}", value in "\\PC{0,20}") {
+        let _ = parse("cloud", "png", &[(&name, &value)]);
+    }
+}
