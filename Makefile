@@ -20,7 +20,7 @@ driver:
 	@.ci/driver
 
 run: driver
-	$(CARGO) build $(FLAGS) -p skyloom-server
+	$(CARGO) build $(FLAGS)
 	target/release/skyloom serve --listen $(LISTEN)
 
 test:
@@ -33,7 +33,7 @@ bench: driver
 	$(CARGO) bench --locked
 
 pictures: driver
-	$(CARGO) build $(FLAGS) -p skyloom-server
+	$(CARGO) build $(FLAGS)
 	docs/pictures/draw target/release/skyloom
 
 fmt:

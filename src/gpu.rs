@@ -10,6 +10,7 @@ mod self_test;
 pub mod shaders;
 
 pub use adapter::{AdapterSummary, adapters};
+pub use resources::HostMap;
 pub(crate) use resources::{Bind, Target};
 
 use resources::Kernels;

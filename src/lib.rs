@@ -9,6 +9,7 @@
 //! | [`slab`] | droplet mix | fluxes of a slab by adding-doubling; closed forms of the first orders of scattering |
 //! | [`tables`] | droplet mix | the two above, kept in memory and on disk |
 //! | [`field`] | scene | the thickness map |
+//! | [`slice`] | sun | tables as textures; the closure of the orders |
 //! | `light` | moment | sun, sky and ground light at cloud base and ground |
 //! | [`shade`] | request | the texture asked for |
 //! | [`encode`] | request | the bytes of a file |
@@ -35,6 +36,7 @@ pub mod request;
 pub mod scene;
 pub mod shade;
 pub mod slab;
+pub mod slice;
 pub mod tables;
 
 use std::sync::LazyLock;

@@ -8,7 +8,7 @@ mod plan;
 
 use crate::gpu::layout::{Budget, Exchange, Frame};
 use crate::gpu::{Bind, Gpu, GpuError, Target, shaders};
-use crate::shade::DeviceTables;
+use crate::slice::DeviceTables;
 use std::time::Instant;
 
 pub(crate) use plan::{GridPlan, grid_plan};

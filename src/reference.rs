@@ -20,6 +20,7 @@ pub mod frame;
 pub mod gather;
 pub mod irradiance;
 pub mod map;
+pub mod monte_carlo;
 pub mod noise;
 pub mod path;
 pub mod shadow;

@@ -14,7 +14,8 @@ use crate::image::Image;
 use crate::light::{self, Light};
 use crate::request::{self, Format, Request, Side, TextureKind, Viewer};
 use crate::scene::{FieldError, Scene};
-use crate::shade::{self, DeviceTables, HostTables};
+use crate::shade;
+use crate::slice::{self, DeviceTables, HostTables};
 use crate::tables::MixTables;
 use kept::Kept;
 use std::collections::HashMap;
@@ -295,8 +296,8 @@ impl Renderer {
         let cosine: f64 = moment.frame.sun[3].into();
         let key = format!("{} {cosine}", moment.mix_key(job));
         let made = self.closures.get_or::<std::convert::Infallible>(&key, || {
-            let map = shade::closure(&job.tables[0], host.ratio, cosine);
-            Ok(Arc::new(shade::upload(&self.gpu, "closure", &map)))
+            let map = slice::closure(&job.tables[0], host.ratio, cosine);
+            Ok(Arc::new(slice::upload(&self.gpu, "closure", &map)))
         });
         match made {
             Ok(closure) => closure,
@@ -323,7 +324,7 @@ impl Renderer {
                 tables,
                 plan: &moment.grid,
                 dark_ground: albedo.data.iter().all(|value| *value == 0.0),
-                albedo: shade::upload(&self.gpu, "albedo", &albedo),
+                albedo: slice::upload(&self.gpu, "albedo", &albedo),
                 tolerance: job.request.tolerance,
             };
             Ok(Arc::new(light::light(&self.gpu, inputs, watch.deadline)?))

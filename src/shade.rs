@@ -1,41 +1,13 @@
 //! Stage `shade`: the textures that are asked for, from thickness, light and tables.
 
-pub mod tables;
-
 use crate::field::Field;
 use crate::gpu::layout::View;
 use crate::gpu::shaders::{self, Shader};
 use crate::gpu::{Bind, Gpu, GpuError, Target};
 use crate::light::Light;
 use crate::request::TextureKind;
+use crate::slice::DeviceTables;
 use std::time::Instant;
-pub use tables::{HostMap, HostTables, PhaseTables, closure};
-
-/// Tables of a mix on the device.
-pub(crate) struct DeviceTables {
-    pub(crate) transmittance: Target,
-    pub(crate) reflectance: Target,
-    pub(crate) diffuse: Target,
-    pub(crate) phase: Target,
-    pub(crate) aureole: Target,
-}
-
-/// Brings a host table to the device.
-pub(crate) fn upload(gpu: &Gpu, label: &str, map: &HostMap) -> Target {
-    gpu.texture_from(label, [map.width, map.height], map.channels, &map.data)
-}
-
-impl DeviceTables {
-    pub(crate) fn new(gpu: &Gpu, host: &HostTables) -> Self {
-        Self {
-            transmittance: upload(gpu, "transmittance", &host.transmittance),
-            reflectance: upload(gpu, "reflectance", &host.reflectance),
-            diffuse: upload(gpu, "diffuse", &host.diffuse),
-            phase: upload(gpu, "phase", &host.phase),
-            aureole: upload(gpu, "aureole", &host.aureole),
-        }
-    }
-}
 
 /// What a texture is made from; not every texture needs all of it.
 pub(crate) struct Inputs<'a> {

@@ -10,4 +10,5 @@ pub mod closure;
 pub mod doubling;
 pub mod fluxes;
 pub mod phase_matrix;
+pub mod phases;
 pub mod quadrature;

@@ -1,8 +1,8 @@
 //! Tables of a droplet mix: made once, kept in memory and on disk, shared by every scene that uses the mix.
 
 use crate::optics::{self, Channel, Mix};
-use crate::shade::PhaseTables;
 use crate::slab::fluxes::FluxTable;
+use crate::slab::phases::PhaseTables;
 use sha2::{Digest, Sha256};
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};

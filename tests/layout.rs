@@ -8,8 +8,8 @@ use naga::valid::{Capabilities, ValidationFlags, Validator};
 use naga::{Expression, Literal, Module, ShaderStage, TypeInner};
 use skyloom::gpu::layout::{self, Budget, Exchange, Frame, Pattern, View};
 use skyloom::gpu::shaders::{self, Shader};
-use skyloom::shade::tables;
 use skyloom::slab::fluxes;
+use skyloom::slab::phases as tables;
 use std::mem::{offset_of, size_of};
 
 /// Size of a struct and its fields in order, with their offsets.
@@ -209,7 +209,7 @@ fn constants_of_the_slab_tables() {
 #[test]
 fn constants_of_the_shade_tables() {
     let expected = [
-        ("CLOSURE_ROWS", tables::CLOSURE_ROWS as f64),
+        ("CLOSURE_ROWS", skyloom::slice::CLOSURE_ROWS as f64),
         ("AUREOLE_ROWS", tables::AUREOLE_ROWS as f64),
         ("AUREOLE_COLUMNS", tables::AUREOLE_COLUMNS as f64),
         ("AUREOLE_LOG2_MIN", tables::AUREOLE_LOG2_MIN),

@@ -18,10 +18,10 @@ mod sky;
 use compare::{Tolerance, assert_close, assert_within};
 use serde_json::json;
 use sky::{Sky, pattern, water};
+use skyloom::gpu::HostMap;
 use skyloom::gpu::layout::{Budget, Frame};
 use skyloom::reference::{self, Map};
 use skyloom::render::{Renderer, RendererOptions, Stages, Watch};
-use skyloom::shade::HostMap;
 use std::sync::{LazyLock, Mutex, MutexGuard, PoisonError};
 
 /// Half a unit in the last place of single precision, relative.

@@ -1,9 +1,7 @@
-//! Routes, shared state and the middleware around them.
+//! Routes and the middleware around them.
 
-use std::path::Path as FilePath;
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
-use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
+use std::time::Instant;
 
 use axum::body::Body;
 use axum::extract::{DefaultBodyLimit, Path, Request, State};
@@ -14,116 +12,18 @@ use axum::routing::{get, post};
 use axum::{Json, Router};
 use serde_json::{Value, json};
 use skyloom::scene::Scene;
-use skyloom::tables::{MixTables, TableLibrary};
-use tokio::sync::{Semaphore, SemaphorePermit};
+use skyloom::tables::TableLibrary;
 use tower_http::catch_panic::CatchPanicLayer;
 
+use crate::app::{App, blocking};
 use crate::config::Config;
-use crate::images::{ImageStore, MEDIA_TYPES};
+use crate::images::MEDIA_TYPES;
 use crate::problem::{self, ApiError, KINDS, field_problems};
-use crate::render_queue::{Factory, RenderQueue, State as RenderState};
-use crate::single_flight::SingleFlight;
-use crate::skies::SkyStore;
-use crate::textures::{Reply, Stopped};
+use crate::render_queue::State as RenderState;
+
 use crate::{body, presets, textures, viewer};
 
-/// Images taken in or decoded at a time: each may need a few hundred megabytes.
-const IMAGE_WORK: usize = 2;
 const REQUEST_ID: HeaderName = HeaderName::from_static("x-request-id");
-
-/// What all requests share.
-pub struct App {
-    /// Settings in force.
-    pub config: Config,
-    /// Tables of droplet mixes.
-    pub library: Arc<TableLibrary>,
-    /// Registered skies.
-    pub skies: SkyStore,
-    /// Uploaded images.
-    pub images: ImageStore,
-    /// The render thread.
-    pub queue: RenderQueue,
-    /// Encoded replies by entity tag.
-    pub replies: moka::sync::Cache<String, Arc<Reply>>,
-    /// Replies being made.
-    pub runs: SingleFlight<Result<Arc<Reply>, Stopped>>,
-    /// Tables being made or loaded.
-    pub tables: SingleFlight<Result<Arc<MixTables>, ApiError>>,
-    image_work: Semaphore,
-    draining: AtomicBool,
-    started: u64,
-    requests: AtomicU64,
-}
-
-impl std::fmt::Debug for App {
-    fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        formatter.debug_struct("App").field("config", &self.config).field("queue", &self.queue).finish_non_exhaustive()
-    }
-}
-
-/// Runs file access or computation away from the threads that serve connections.
-pub async fn blocking<T: Send + 'static>(
-    work: impl FnOnce() -> Result<T, ApiError> + Send + 'static,
-) -> Result<T, ApiError> {
-    let span = tracing::Span::current();
-    let done = tokio::task::spawn_blocking(move || span.in_scope(work)).await;
-    done.unwrap_or_else(|error| Err(ApiError::Internal(error.to_string())))
-}
-
-impl App {
-    /// Opens the stores under `config.server.data` and starts the render thread with `factory`.
-    pub fn open(config: Config, factory: Factory) -> std::io::Result<Self> {
-        let data: &FilePath = &config.server.data;
-        let (limits, cache) = (&config.limits, &config.cache);
-        let replies = moka::sync::Cache::builder()
-            .max_capacity(cache.memory_bytes)
-            .weigher(|_, reply: &Arc<Reply>| u32::try_from(reply.weight()).unwrap_or(u32::MAX))
-            .build();
-        let started = SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |since| since.as_secs());
-        Ok(Self {
-            library: Arc::new(TableLibrary::new(Some(data.join("tables")))),
-            skies: SkyStore::open(&data.join("skies"), limits.skies)?,
-            images: ImageStore::open(
-                &data.join("images"),
-                limits.image(),
-                limits.image_store_bytes,
-                cache.image_memory_bytes,
-            )?,
-            queue: RenderQueue::start(factory, config.queue.depth)?,
-            replies,
-            runs: SingleFlight::default(),
-            tables: SingleFlight::default(),
-            image_work: Semaphore::new(IMAGE_WORK),
-            draining: AtomicBool::new(false),
-            started,
-            requests: AtomicU64::new(0),
-            config,
-        })
-    }
-
-    /// A registered scene.
-    pub async fn sky(self: &Arc<Self>, id: &str) -> Result<Arc<Scene>, ApiError> {
-        if let Some(scene) = self.skies.recent(id) {
-            return Ok(scene);
-        }
-        let (app, id) = (Arc::clone(self), id.to_owned());
-        blocking(move || app.skies.get(&id)).await
-    }
-
-    /// Waits for leave to decode an image.
-    pub async fn image_work(&self) -> Result<SemaphorePermit<'_>, ApiError> {
-        self.image_work.acquire().await.map_err(|error| ApiError::Internal(error.to_string()))
-    }
-
-    /// Makes readiness end; everything else goes on.
-    pub fn drain(&self) {
-        self.draining.store(true, Ordering::Relaxed);
-    }
-
-    fn body_timeout(&self) -> Duration {
-        Duration::from_secs(self.config.server.body_timeout_s)
-    }
-}
 
 /// All routes over the shared state.
 pub fn router(app: Arc<App>) -> Router {
@@ -147,8 +47,7 @@ pub fn router(app: Arc<App>) -> Router {
 /// Names, logs and times each request and gives errors their document.
 async fn around(State(app): State<Arc<App>>, request: Request, next: Next) -> Response {
     let start = Instant::now();
-    let number = app.requests.fetch_add(1, Ordering::Relaxed);
-    let id = format!("{:x}-{number:x}", app.started);
+    let id = app.request_id();
     let (method, path) = (request.method().clone(), request.uri().path().to_owned());
     let span = tracing::info_span!("request", id);
     let response = tracing::Instrument::instrument(next.run(request), span).await;
@@ -275,7 +174,7 @@ async fn live() -> Response {
 
 /// Ready when a render asked for now would begin: a renderer is there, it is not stuck, and the server is not stopping.
 async fn ready(State(app): State<Arc<App>>) -> Result<Response, ApiError> {
-    if app.draining.load(Ordering::Relaxed) {
+    if app.is_draining() {
         return Err(ApiError::NotReady("the server is stopping".to_owned()));
     }
     match app.queue.state() {

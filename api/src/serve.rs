@@ -13,9 +13,10 @@ use hyper_util::service::TowerToHyperService;
 use tokio::net::{TcpListener, TcpStream};
 use tokio::sync::Semaphore;
 
+use crate::app::App;
 use crate::config::Config;
 use crate::render_queue::core_factory;
-use crate::routes::{App, router};
+use crate::routes::router;
 
 /// How long the render thread gets to let go of the device when everything else has ended.
 const FAREWELL: Duration = Duration::from_secs(5);

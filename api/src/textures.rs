@@ -9,7 +9,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
-use axum::body::{Body, Bytes};
+use axum::body::Body;
 use axum::extract::{Path, Query, State};
 use axum::http::{HeaderMap, HeaderName, HeaderValue, StatusCode, header};
 use axum::response::{IntoResponse, Response};
@@ -19,9 +19,9 @@ use skyloom::request::Request;
 use skyloom::scene::Scene;
 use skyloom::tables::MixTables;
 
+use crate::app::{App, Reply, Stopped, blocking};
 use crate::problem::{ApiError, FieldProblem, field_problems};
 use crate::render_queue::{Adapter, Failure};
-use crate::routes::{App, blocking};
 
 /// A texture never changes under its address: scene and query decide it.
 const FOR_EVER: HeaderValue = HeaderValue::from_static("public, max-age=31536000, immutable");
@@ -31,22 +31,6 @@ const ATTEMPTS: usize = 3;
 const TELL_EVERY: Duration = Duration::from_secs(2);
 const SHAPE: HeaderName = HeaderName::from_static("x-skyloom-shape");
 const SERVER_TIMING: HeaderName = HeaderName::from_static("server-timing");
-
-/// An encoded texture.
-#[derive(Debug)]
-pub struct Reply {
-    bytes: Bytes,
-    media_type: &'static str,
-    shape: [u32; 3],
-    timings: Vec<(&'static str, Duration)>,
-}
-
-impl Reply {
-    /// Bytes it takes in memory.
-    pub fn weight(&self) -> usize {
-        self.bytes.len() + size_of::<Self>()
-    }
-}
 
 /// Answers a request for a texture.
 pub async fn get(
@@ -109,15 +93,6 @@ async fn shared_run(app: &Arc<App>, scene: &Arc<Scene>, request: &Request, tag: 
         }
     }
     Err(ApiError::NotReady("the render was given up".to_owned()))
-}
-
-/// Why a shared run has no reply.
-#[derive(Clone, Debug)]
-pub enum Stopped {
-    /// Nobody waited any more.
-    Cancelled,
-    /// It went wrong, for everyone who waited.
-    Error(ApiError),
 }
 
 impl From<ApiError> for Stopped {

@@ -35,7 +35,8 @@ impl Transfer {
 /// Finds the transfer by which the part `coverage` of the field is cloudy, with a mean thickness of `mean_m` there.
 /// `gaussian`: the field; `spread`: of the logarithm of water path.
 pub fn calibrate(gaussian: &[f32], coverage: f64, mean_m: f64, spread: f64) -> Transfer {
-    let none = Transfer { threshold: f64::MAX, scale_m: 0.0, clip_m: 1.0, greatest_m: 0.0 };
+    // The largest number that a shader can hold: drivers may take infinities for anything.
+    let none = Transfer { threshold: f32::MAX.into(), scale_m: 0.0, clip_m: 1.0, greatest_m: 0.0 };
     let cloudy = (coverage * gaussian.len() as f64).round() as usize;
     if cloudy == 0 || mean_m <= 0.0 {
         return none;

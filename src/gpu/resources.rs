@@ -2,10 +2,22 @@
 
 use super::shaders::{self, Shader};
 use super::{Gpu, GpuError};
-use crate::shade::HostMap;
 use std::collections::HashMap;
 use std::time::Instant;
 use wgpu::util::DeviceExt as _;
+
+/// A host table: rows of texels of 1 or 4 channels.
+#[derive(Debug, Clone, PartialEq)]
+pub struct HostMap {
+    /// Texels in a row.
+    pub width: u32,
+    /// Rows.
+    pub height: u32,
+    /// Floats in a texel.
+    pub channels: u32,
+    /// The texels, row 0 first.
+    pub data: Vec<f32>,
+}
 
 /// A compiled entry point.
 pub(crate) struct Kernel {

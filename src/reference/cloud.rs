@@ -9,9 +9,10 @@ use super::slab::{
     slab_order2_transmitted, slab_reflectance, slab_thin_share, slab_transmittance,
 };
 use crate::gpu::layout::{Frame, View};
-use crate::shade::tables::{
-    AUREOLE_COLUMNS, AUREOLE_HALF_SIN_MAX, AUREOLE_LOG2_MIN, AUREOLE_ROWS, AUREOLE_ROWS_PER_OCTAVE, CLOSURE_ROWS,
+use crate::slab::phases::{
+    AUREOLE_COLUMNS, AUREOLE_HALF_SIN_MAX, AUREOLE_LOG2_MIN, AUREOLE_ROWS, AUREOLE_ROWS_PER_OCTAVE,
 };
+use crate::slice::CLOSURE_ROWS;
 use glam::{DVec2, DVec3, dvec2};
 use std::f64::consts::PI;
 

@@ -2,8 +2,8 @@
 
 use super::frame::MIN_COSINE;
 use super::map::{Map, rgb};
-use crate::shade::tables::PHASE_COLUMNS;
 use crate::slab::fluxes::{DEPTH_COUNT, DEPTHS_PER_OCTAVE, FIRST_LOG2_DEPTH, FIRST_ROOT_MU, MU_COUNT};
+use crate::slab::phases::PHASE_COLUMNS;
 use glam::DVec3;
 use std::f64::consts::SQRT_2;
 

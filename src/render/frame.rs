@@ -3,14 +3,14 @@
 use super::{Job, RenderError, Texture};
 use crate::encode::Metadata;
 use crate::field::{Field, wind_offset};
+use crate::gpu::HostMap;
 use crate::gpu::layout::{Frame, MIN_COSINE};
 use crate::image::{Image, ImageEncoding};
 use crate::light::{GridPlan, grid_plan};
 use crate::request::{Component, Request, Side, TextureKind};
 use crate::scene::quantity::Quantity as _;
 use crate::scene::{GroundAlbedo, Scene, Thickness};
-use crate::shade::HostMap;
-use crate::shade::tables::without_peak;
+use crate::slice::without_peak;
 
 /// Steps of a march through the layer, at most: with the four samples a side of the exchange grid it stays far below
 /// the 65,535 iterations of an invocation at which a common software driver silently stops.

@@ -1,10 +1,12 @@
 //! Every stage's input and output for one request: what tests compare with the twins in `reference`.
 
 use super::{Job, RenderError, Renderer, Watch, frame, view};
+use crate::gpu::HostMap;
 use crate::gpu::layout::{Budget, Exchange, Frame, Pattern, View};
 use crate::light::Grid;
 use crate::request::TextureKind;
-use crate::shade::{self, HostMap, HostTables};
+use crate::shade;
+use crate::slice::{self, HostTables};
 use std::sync::Arc;
 
 /// Results of the stages, with one pass of the exchange between cloud and ground.
@@ -71,7 +73,7 @@ impl Renderer {
         let albedo = moment.albedo(job)?;
         let gpu = &self.gpu;
         let exchange = moment.grid.exchange(&moment.frame);
-        let grid = Grid::new(gpu, &exchange, shade::upload(gpu, "albedo", &albedo));
+        let grid = Grid::new(gpu, &exchange, slice::upload(gpu, "albedo", &albedo));
         grid.start(gpu, &frame_uniform, &field.thickness, &device_tables, deadline)?;
         let budget = grid.pass(gpu, &grid.source, &grid.even, &grid.irradiance[0], deadline)?;
         let size = job.request.size.unwrap_or(job.scene.domain.resolution);

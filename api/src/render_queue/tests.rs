@@ -10,8 +10,9 @@ use serde_json::{Value, json};
 use tower::ServiceExt as _;
 
 use super::*;
+use crate::app::App;
 use crate::config::Config;
-use crate::routes::{App, router};
+use crate::routes::router;
 
 /// What the fake does with one job.
 enum Act {

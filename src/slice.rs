@@ -1,0 +1,130 @@
+//! Stage `slice`: tables of a mix as the textures that passes read, and the closure of the orders for one sun.
+
+use crate::gpu::{Gpu, HostMap, Target};
+use crate::optics::Channel;
+use crate::slab::closure::{Closure, LowOrders};
+use crate::slab::fluxes::{DEPTH_COUNT, DEPTHS_PER_OCTAVE, FluxTable, MU_COUNT, root_mu};
+use crate::slab::phases::{AUREOLE_COLUMNS, AUREOLE_ROWS, PEAK_DEG, PHASE_COLUMNS, PhaseTables};
+use crate::tables::MixTables;
+use rayon::prelude::*;
+
+/// Quantities of the closure's table: factors of orders 1 and 2, flux of the higher ones; reflected, then transmitted.
+pub const CLOSURE_ROWS: usize = 6;
+
+/// Tables as textures, for one mix and one ratio of extinctions: every row holds each channel at its own optical depth,
+/// which goes with that at 550 nm, so that one fetch serves three channels.
+#[derive(Debug, Clone, PartialEq)]
+pub struct HostTables {
+    /// Transmitted part of a beam: columns of cosine, rows of optical depth.
+    pub transmittance: HostMap,
+    /// Reflected part of a beam.
+    pub reflectance: HostMap,
+    /// Light from a whole hemisphere: columns of optical depth; row 0 transmitted, row 1 not reflected.
+    pub diffuse: HostMap,
+    /// Columns of scattering angle; row 0 scattered once, row 1 twice, per steradian.
+    pub phase: HostMap,
+    /// Columns of scattering angle, rows of optical path.
+    pub aureole: HostMap,
+    /// Extinctions relative to that at 550 nm.
+    pub ratio: [f64; 3],
+}
+
+fn interleave(width: usize, height: usize, value: impl Fn(usize, usize, usize) -> f64 + Sync) -> HostMap {
+    let texel = |i: usize| {
+        let (x, y) = (i % width, i / width);
+        [value(x, y, 0) as f32, value(x, y, 1) as f32, value(x, y, 2) as f32, 0.0]
+    };
+    let data = (0..width * height).into_par_iter().flat_map_iter(texel).collect();
+    HostMap { width: width as u32, height: height as u32, channels: 4, data }
+}
+
+impl HostTables {
+    /// The tables of a mix whose channels have the given extinctions.
+    pub fn new(tables: &MixTables, extinction_per_m: [f64; 3]) -> Self {
+        let ratio = extinction_per_m.map(|extinction| extinction / extinction_per_m[1]);
+        let depths = FluxTable::optical_depths();
+        let beam = |x: usize, y: usize, c: usize| tables.fluxes[c].beam(depths[y] * ratio[c], root_mu(x).powi(2));
+        let even = |x: usize, c: usize| tables.fluxes[c].isotropic(depths[x] * ratio[c]);
+        Self {
+            transmittance: interleave(MU_COUNT, DEPTH_COUNT, |x, y, c| beam(x, y, c).transmittance),
+            reflectance: interleave(MU_COUNT, DEPTH_COUNT, |x, y, c| beam(x, y, c).reflectance),
+            diffuse: interleave(DEPTH_COUNT, 2, |x, y, c| match y {
+                0 => even(x, c).transmittance,
+                _ => even(x, c).one_minus_reflectance(),
+            }),
+            phase: interleave(PHASE_COLUMNS, 2, |x, y, c| match y {
+                0 => tables.phases[c].once[x],
+                _ => tables.phases[c].twice[x],
+            }),
+            aureole: interleave(AUREOLE_COLUMNS, AUREOLE_ROWS, |x, y, c| {
+                tables.phases[c].aureole[y * AUREOLE_COLUMNS + x]
+            }),
+            ratio,
+        }
+    }
+}
+
+/// Part of extinction that takes light out of the forward peak, and the single-scattering albedo of what remains.
+pub(crate) fn without_peak(channel: &Channel, phases: &PhaseTables) -> (f64, f64) {
+    let forward = channel.albedo * phases.forward_fraction;
+    (1.0 - forward, (channel.albedo - forward) / (1.0 - forward))
+}
+
+/// The closure of the orders for one sun, as a texture: columns of optical depth at 550 nm, [`CLOSURE_ROWS`] rows.
+pub fn closure(tables: &MixTables, ratio: [f64; 3], cosine_sun: f64) -> HostMap {
+    let closures: Vec<Closure> = (0..3)
+        .into_par_iter()
+        .map(|c| {
+            let (channel, phases) = (&tables.channels[c], &tables.phases[c]);
+            let (smooth_part, albedo) = without_peak(channel, phases);
+            LowOrders {
+                table: &tables.fluxes[c],
+                albedo,
+                forward_fraction: 1.0 - smooth_part,
+                forward_edge: PEAK_DEG.to_radians(),
+                order1_phase: &|angle| PhaseTables::value(&phases.once, angle),
+                order2_phase: &|angle| PhaseTables::value(&phases.twice, angle),
+            }
+            .close(cosine_sun)
+        })
+        .collect();
+    let columns = (DEPTH_COUNT - 1) as f64;
+    interleave(DEPTH_COUNT, CLOSURE_ROWS, |x, y, c| {
+        // The node of this channel's own depth, which is a fraction of a column away.
+        let place = (x as f64 + ratio[c].log2() * DEPTHS_PER_OCTAVE as f64).clamp(0.0, columns);
+        let low = (place as usize).min(DEPTH_COUNT - 2);
+        let rows = if y < 3 { &closures[c].reflected } else { &closures[c].transmitted };
+        let pick = |i: usize| match y % 3 {
+            0 => rows[i].order1_scale,
+            1 => rows[i].order2_scale,
+            _ => rows[i].higher_flux,
+        };
+        pick(low) + (pick(low + 1) - pick(low)) * (place - low as f64)
+    })
+}
+
+/// Tables of a mix on the device.
+pub(crate) struct DeviceTables {
+    pub(crate) transmittance: Target,
+    pub(crate) reflectance: Target,
+    pub(crate) diffuse: Target,
+    pub(crate) phase: Target,
+    pub(crate) aureole: Target,
+}
+
+/// Brings a host table to the device.
+pub(crate) fn upload(gpu: &Gpu, label: &str, map: &HostMap) -> Target {
+    gpu.texture_from(label, [map.width, map.height], map.channels, &map.data)
+}
+
+impl DeviceTables {
+    pub(crate) fn new(gpu: &Gpu, host: &HostTables) -> Self {
+        Self {
+            transmittance: upload(gpu, "transmittance", &host.transmittance),
+            reflectance: upload(gpu, "reflectance", &host.reflectance),
+            diffuse: upload(gpu, "diffuse", &host.diffuse),
+            phase: upload(gpu, "phase", &host.phase),
+            aureole: upload(gpu, "aureole", &host.aureole),
+        }
+    }
+}
