@@ -5,9 +5,12 @@
 //! they are, textures as [`Map`]s, a texture with mip levels as a slice of them. Where a shader guards against rounding,
 //! the twin computes the plain formula; where it guards against what the host must not send, the twin asserts. Series
 //! that the shaders need near 0 are `exp_m1` here: of the two, the twin is the accurate one.
+//!
+//! [`monte_carlo`] is no twin but the slow, exact solver that every method is measured against.
 
 pub mod base_light;
 pub mod cloud;
+pub mod cloud_analytic;
 pub mod downsample;
 pub mod exchange_budget;
 pub mod exchange_down;

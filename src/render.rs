@@ -1,5 +1,6 @@
 //! From a scene and a request to a texture: the stages in order, and what is kept between requests.
 
+mod exact;
 mod frame;
 mod inspect;
 mod kept;
@@ -12,7 +13,7 @@ use crate::gpu::layout::View;
 use crate::gpu::{AdapterSummary, Gpu, GpuError, Target};
 use crate::image::Image;
 use crate::light::{self, Light};
-use crate::request::{self, Format, Request, Side, TextureKind, Viewer};
+use crate::request::{self, Format, Method, Request, Side, TextureKind, Viewer};
 use crate::scene::{FieldError, Scene};
 use crate::shade;
 use crate::slice::{self, DeviceTables, HostTables};
@@ -52,15 +53,29 @@ pub struct Job {
 }
 
 /// How a running job is stopped: it is looked at between submissions to the device.
-#[derive(Debug, Clone, Default)]
+#[derive(Clone, Default)]
 pub struct Watch {
     /// When the result is no longer wanted.
     pub deadline: Option<Instant>,
     /// Set from another thread to drop the job.
     pub cancelled: Arc<AtomicBool>,
+    /// Hears how far long work is, 0 to 1.
+    pub progress: Option<Arc<dyn Fn(f64) + Send + Sync>>,
+}
+
+impl std::fmt::Debug for Watch {
+    fn fmt(&self, out: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        out.debug_struct("Watch").field("deadline", &self.deadline).finish_non_exhaustive()
+    }
 }
 
 impl Watch {
+    fn report(&self, part: f64) {
+        if let Some(progress) = &self.progress {
+            progress(part);
+        }
+    }
+
     fn look(&self) -> Result<(), RenderError> {
         if self.cancelled.load(Ordering::Acquire) {
             return Err(RenderError::Cancelled);
@@ -218,7 +233,14 @@ impl Renderer {
         let lit = matches!(needs, TextureKind::Cloud | TextureKind::Irradiance);
         let field = clock.time("field", || self.field(job, watch))?;
         let moment = frame::Moment::new(job, &field);
+        let by_monte_carlo = needs == TextureKind::Cloud && job.request.method == Method::Reference;
+        // Monte Carlo adds the sun's light to texels that were shaded without it.
+        let mut shaded = moment.frame;
+        if by_monte_carlo {
+            shaded.sun_light = [0.0; 4];
+        }
         let frame_uniform = self.gpu.uniform("frame", &moment.frame);
+        let shaded_uniform = self.gpu.uniform("frame", &shaded);
         watch.look()?;
         let tables = match lit {
             true => Some(clock.time("tables", || Ok::<_, RenderError>(self.device_tables(&moment, job)))?),
@@ -238,7 +260,7 @@ impl Renderer {
         };
         let exchange = self.gpu.uniform("exchange", &moment.grid.exchange(&moment.frame));
         let inputs = shade::Inputs {
-            frame: &frame_uniform,
+            frame: &shaded_uniform,
             exchange: &exchange,
             field: &field,
             tables: tables.as_ref().map(|(_, device)| &**device),
@@ -246,7 +268,11 @@ impl Renderer {
             light: light.as_deref(),
         };
         let view = view(job, size, &moment)?;
-        let data = clock.time("shade", || self.bands(needs, &inputs, &view, watch))?;
+        let mut data = clock.time("shade", || self.bands(needs, &inputs, &view, watch))?;
+        if by_monte_carlo {
+            let thickness = self.gpu.read_map(&field.thickness, 0, watch.deadline)?;
+            clock.time("reference", || exact::add_sunlight(job, &moment.frame, &view, &thickness, &mut data, watch))?;
+        }
         let plane_m = if needs == TextureKind::Cloud { moment.plane_m(&job.request) } else { 0.0 };
         Ok((data, field.depth_m.max(1.0), plane_m))
     }

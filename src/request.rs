@@ -83,6 +83,11 @@ pub enum Side {
     Above,
 }
 
+impl Method {
+    /// Every method and its name.
+    pub const ALL: [(&'static str, Self); 2] = [("analytic", Self::Analytic), ("reference", Self::Reference)];
+}
+
 /// Where the viewer is.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Viewer {
@@ -124,8 +129,11 @@ pub enum Encoding {
 /// How slab light is computed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Method {
-    /// Orders 0, 1, 2 in closed form; all higher orders isotropic, closed against exact fluxes.
+    /// The model of 2006, repaired: orders 0, 1, 2 in closed form; all higher orders isotropic, closed against exact
+    /// fluxes.
     Analytic,
+    /// Monte Carlo for every texel: minutes, for comparisons.
+    Reference,
 }
 
 /// A request for one texture. Fields that do not touch the texture keep their defaults, so that equal replies have
@@ -216,7 +224,7 @@ pub const QUERY_PARAMETERS: &[QueryParameter] = &[
     parameter("peak", "true | false", "true", "light scattered by less than 5 degrees counts as the sun's beam"),
     parameter("alpha", "premultiplied | straight", "premultiplied", "how colour goes with alpha"),
     parameter("tolerance", "above 0 to 1", "0.02", "acceptable relative error, root mean square"),
-    parameter("method", "analytic", "analytic", "how slab light is computed"),
+    parameter("method", "analytic | reference", "analytic", "how slab light is computed"),
     parameter("layer", "0", "all", "one layer alone, 0 = lowest; light still uses all"),
     parameter("scale", "1e-6 to 1e6", "1", "multiplies linear output"),
     parameter("exposure", "-20 to 20", "0", "exposure of a PNG, stops"),
@@ -326,7 +334,7 @@ impl Request {
             "peak" => self.peak = word(value, &[("true", true), ("false", false)])?,
             "alpha" => self.straight_alpha = word(value, &[("premultiplied", false), ("straight", true)])?,
             "tolerance" => self.tolerance = number(value, f64::MIN_POSITIVE, 1.0)?,
-            "method" => self.method = word(value, &[("analytic", Method::Analytic)])?,
+            "method" => self.method = word(value, &Method::ALL)?,
             "layer" => self.layer = Some(word(value, &[("0", 0)])?),
             "scale" => self.scale = number(value, 1e-6, 1e6)?,
             "exposure" => self.exposure_stops = number(value, -20.0, 20.0)?,
@@ -355,6 +363,7 @@ impl Request {
         Self {
             side: if cloud { self.side } else { idle.side },
             viewer: if cloud { self.viewer } else { idle.viewer },
+            method: if cloud { self.method } else { idle.method },
             straight_alpha: cloud && self.straight_alpha,
             component: if irradiance { self.component } else { idle.component },
             peak: !beam || self.peak,

@@ -71,7 +71,7 @@ pub(crate) fn band(
                 clamp,
                 out,
             ];
-            (&shaders::CLOUD, binds)
+            (&shaders::CLOUD_ANALYTIC, binds)
         }
     };
     gpu.run(texture.name(), deadline, |pass| gpu.dispatch(pass, shader, &binds, [view.size, view.rows]))?;

@@ -12,3 +12,4 @@ pub mod fluxes;
 pub mod phase_matrix;
 pub mod phases;
 pub mod quadrature;
+pub mod radiance;

@@ -201,7 +201,7 @@ fn constants_of_the_slab_tables() {
         ("SLAB_COSINE_NODES", fluxes::MU_COUNT as f64),
         ("PHASE_COLUMNS", tables::PHASE_COLUMNS as f64),
     ];
-    for shader in [&shaders::BASE_LIGHT, &shaders::IRRADIANCE, &shaders::CLOUD] {
+    for shader in [&shaders::BASE_LIGHT, &shaders::IRRADIANCE, &shaders::CLOUD_ANALYTIC] {
         assert_constants(shader, &expected);
     }
 }
@@ -216,11 +216,11 @@ fn constants_of_the_shade_tables() {
         ("AUREOLE_ROWS_PER_OCTAVE", tables::AUREOLE_ROWS_PER_OCTAVE),
         ("AUREOLE_HALF_SIN_MAX", tables::AUREOLE_HALF_SIN_MAX),
     ];
-    assert_constants(&shaders::CLOUD, &expected);
+    assert_constants(&shaders::CLOUD_ANALYTIC, &expected);
 }
 
 #[test]
 #[should_panic(expected = "cloud CLOSURE_ROWS")]
 fn a_wrong_constant_is_seen() {
-    assert_constants(&shaders::CLOUD, &[("CLOSURE_ROWS", 7.0)]);
+    assert_constants(&shaders::CLOUD_ANALYTIC, &[("CLOSURE_ROWS", 7.0)]);
 }

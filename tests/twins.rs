@@ -302,12 +302,11 @@ fn check_cloud(stages: &Stages) {
             thickness,
             transmittance: &transmittance,
             reflectance: &reflectance,
-            closure: &closure,
-            phase: &phase,
-            aureole: &aureole,
             upwelling: &upwelling,
         };
-        reference::cloud::main(frame, &stages.view, &maps)
+        let method = reference::cloud_analytic::Maps { closure: &closure, phase: &phase, aureole: &aureole };
+        let sunlight = |ray: &reference::cloud::ViewRay, _| reference::cloud_analytic::sunlight(frame, &method, ray);
+        reference::cloud::main(frame, &stages.view, &maps, sunlight)
     };
     let cloud = twin(frame, &thickness);
     let cosine = match stages.view.towards {

@@ -190,7 +190,7 @@ impl RenderQueue {
     pub async fn render(&self, job: Arc<Job>, deadline: Instant, cancelled: Arc<AtomicBool>) -> Result<Held, Failure> {
         self.started(deadline).await?;
         let (reply, answer) = oneshot::channel();
-        let watch = Watch { deadline: Some(deadline), cancelled: Arc::clone(&cancelled) };
+        let watch = Watch { deadline: Some(deadline), cancelled: Arc::clone(&cancelled), progress: None };
         let sent = match lock(&self.orders).as_ref() {
             Some(orders) => orders.try_send(Order { job, watch, reply, again: false }),
             None => return Err(Failure::NotReady("the server is stopping".to_owned())),

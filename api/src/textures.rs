@@ -15,7 +15,7 @@ use axum::http::{HeaderMap, HeaderName, HeaderValue, StatusCode, header};
 use axum::response::{IntoResponse, Response};
 use sha2::{Digest as _, Sha256};
 use skyloom::render::Job;
-use skyloom::request::Request;
+use skyloom::request::{Method, Request};
 use skyloom::scene::Scene;
 use skyloom::tables::MixTables;
 
@@ -46,6 +46,11 @@ pub async fn get(
     let request = Request::parse(texture, format, &query)?;
     request.check(&scene).map_err(|errors| ApiError::InvalidQuery(field_problems(errors)))?;
     check_side(&scene, &request, app.config.limits.max_side)?;
+    if request.method == Method::Reference {
+        // It takes minutes, and the one render thread with it.
+        let detail = "\"reference\" is for the command line: skyloom render --method reference".to_owned();
+        return Err(ApiError::InvalidQuery(vec![FieldProblem { pointer: "method".to_owned(), detail }]));
+    }
 
     // Without an adapter there is no tag; one that is just being prepared is worth waiting for.
     if app.queue.adapter().is_none() {

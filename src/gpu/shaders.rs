@@ -23,6 +23,7 @@ const NOISE: &str = wgsl!("shared/noise");
 const PATH: &str = wgsl!("shared/path");
 const SLAB: &str = wgsl!("shared/slab");
 const SUN: &str = wgsl!("shared/sun");
+const CLOUD_VIEW: &str = wgsl!("shared/cloud");
 const GATHER: &str = wgsl!("shared/gather");
 
 impl Shader {
@@ -62,5 +63,5 @@ shaders! {
     THICKNESS: "thickness", IMAGE, [];
     SHADOW: "shadow", IMAGE, [PATH];
     IRRADIANCE: "irradiance", IMAGE, [PATH, SLAB, SUN, GATHER];
-    CLOUD: "cloud", IMAGE, [PATH, SLAB];
+    CLOUD_ANALYTIC: "cloud_analytic", IMAGE, [PATH, SLAB, CLOUD_VIEW];
 }

@@ -1,5 +1,6 @@
 //! Textures and their samples. Twin of `shaders/shared/sampling_*.wgsl`.
 
+use crate::gpu::HostMap;
 use glam::{DVec3, DVec4};
 use rayon::prelude::*;
 
@@ -12,6 +13,12 @@ pub struct Map {
     pub height: usize,
     /// The texels, `width * height` of them.
     pub texels: Vec<[f64; 4]>,
+}
+
+impl From<&HostMap> for Map {
+    fn from(map: &HostMap) -> Self {
+        Self::from_f32(map.width as usize, map.height as usize, map.channels as usize, &map.data)
+    }
 }
 
 impl Map {

@@ -57,12 +57,29 @@ impl Problem {
     /// `first_depth` should be small against the smallest cosine (2^-23 for 1e-4): the first slab has the relative error
     /// `(depth / mu)^2 / 12`.
     pub fn ladder(&self, first_depth: f64, doublings: usize, mut visit: impl FnMut(usize, &Slab)) {
+        self.ladder_while(first_depth, doublings, |k, slab| {
+            visit(k, slab);
+            true
+        });
+    }
+
+    /// As [`Self::ladder`], but ends early once `visit` says false.
+    pub fn ladder_while(&self, first_depth: f64, doublings: usize, mut visit: impl FnMut(usize, &Slab) -> bool) {
         let mut slab = self.thin(first_depth);
-        visit(0, &slab);
+        let mut on = visit(0, &slab);
         for k in 1..=doublings {
+            if !on {
+                return;
+            }
             slab = self.doubled(&slab);
-            visit(k, &slab);
+            on = visit(k, &slab);
         }
+    }
+
+    /// The phase matrices of the mode, at all directions.
+    #[must_use]
+    pub fn phase(&self) -> &PhaseMatrix {
+        &self.phase
     }
 
     /// Number of outgoing directions kept.

@@ -2,7 +2,6 @@
 
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
-use std::sync::atomic::AtomicBool;
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
@@ -51,11 +50,14 @@ pub(super) fn command(options: &ArgMatches) -> Result<(), Fault> {
     let library = TableLibrary::new(cache_folder().map(|folder| folder.join("tables")));
     let tables = scene.mixes().iter().map(|mix| tables(&library, mix)).collect::<Result<_, _>>()?;
     let job = Job { scene: Arc::new(scene), request, tables, images };
-    let watch = Watch { deadline: None, cancelled: Arc::new(AtomicBool::new(false)) };
+    let bar = LateBar::new(format!("rendering {}", output.display()));
+    let watch = Watch { progress: Some(Arc::new(move |part| bar.set(part))), ..Watch::default() };
     let texture = renderer.render(&job, &watch).map_err(|error| match error {
         RenderError::Invalid(errors) => Fault::fields(&errors),
         other => Fault::Failure(other.to_string()),
     })?;
+    // The bar goes with the watch that feeds it.
+    drop(watch);
     let bytes = skyloom::render::encode(&texture, &job).map_err(|error| Fault::Failure(error.to_string()))?;
     if output == Path::new("-") {
         return to_stdout(&bytes);
@@ -113,31 +115,48 @@ pub(super) fn read_scene(path: &Path, unknown: Unknown) -> Result<(Scene, Images
     Ok((scene, images))
 }
 
-/// Tables of a mix, with a progress bar on stderr when they take a while.
 fn tables(library: &TableLibrary, mix: &Mix) -> Result<Arc<MixTables>, Fault> {
-    let start = Instant::now();
-    let bar: Mutex<Option<ProgressBar>> = Mutex::new(None);
-    let lock = || bar.lock().unwrap_or_else(PoisonError::into_inner);
-    let progress = |part: f64| {
-        if start.elapsed() < PATIENCE {
-            return;
-        }
-        lock().get_or_insert_with(|| new_bar(mix)).set_position((part * STEPS as f64) as u64);
-    };
-    let tables = library.get(mix, &progress).map_err(|error| Fault::Failure(error.to_string()));
-    if let Some(bar) = lock().take() {
-        bar.finish_and_clear();
-    }
-    tables
+    let bar = LateBar::new(format!("tables of {}", mix.describe()));
+    library.get(mix, &|part| bar.set(part)).map_err(|error| Fault::Failure(error.to_string()))
 }
 
-fn new_bar(mix: &Mix) -> ProgressBar {
-    let bar = ProgressBar::new(STEPS);
-    if let Ok(style) = ProgressStyle::with_template("{msg} [{bar:30}] {percent}% ({elapsed})") {
-        bar.set_style(style.progress_chars("=> "));
+/// A progress bar on stderr that appears when work takes a while, and goes with it.
+struct LateBar {
+    start: Instant,
+    message: String,
+    bar: Mutex<Option<ProgressBar>>,
+}
+
+impl LateBar {
+    fn new(message: String) -> Self {
+        Self { start: Instant::now(), message, bar: Mutex::new(None) }
     }
-    bar.set_message(format!("tables of {}", mix.describe()));
-    bar
+
+    /// Shows how far the work is, 0 to 1.
+    fn set(&self, part: f64) {
+        if self.start.elapsed() < PATIENCE {
+            return;
+        }
+        let mut bar = self.bar.lock().unwrap_or_else(PoisonError::into_inner);
+        bar.get_or_insert_with(|| self.open()).set_position((part * STEPS as f64) as u64);
+    }
+
+    fn open(&self) -> ProgressBar {
+        let bar = ProgressBar::new(STEPS);
+        if let Ok(style) = ProgressStyle::with_template("{msg} [{bar:30}] {percent}% ({elapsed})") {
+            bar.set_style(style.progress_chars("=> "));
+        }
+        bar.set_message(self.message.clone());
+        bar
+    }
+}
+
+impl Drop for LateBar {
+    fn drop(&mut self) {
+        if let Some(bar) = self.bar.lock().unwrap_or_else(PoisonError::into_inner).take() {
+            bar.finish_and_clear();
+        }
+    }
 }
 
 /// Where tables are kept between runs, by the habit of the system; none when it tells no home.

@@ -117,7 +117,6 @@ fn cells(panels: &[Panel], count: usize, last: f64, end: impl Fn(&Panel) -> f64)
 
 #[cfg(test)]
 mod tests {
-    #![expect(clippy::unwrap_used, reason = "a test stops where it fails")]
 
     use super::{DVec3, PI, Random, Scattering};
     use crate::optics::PhaseFunction;
