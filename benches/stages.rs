@@ -33,7 +33,7 @@ fn job(library: &TableLibrary, side: u32, seed: u64, texture: &str, format: &str
     });
     let scene = Scene::from_json(scene.to_string().as_bytes()).unwrap();
     let query: Vec<_> = query.iter().map(|(name, value)| ((*name).to_owned(), value.clone())).collect();
-    let tables = scene.mixes().iter().map(|mix| library.get(mix, &|_| ()).unwrap()).collect();
+    let tables = scene.mixes().iter().map(|mix| library.get(mix, None, &|_| ()).unwrap()).collect();
     let request = Request::parse(texture, format, &query).unwrap();
     Job { scene: Arc::new(scene), request, tables, images: HashMap::new() }
 }

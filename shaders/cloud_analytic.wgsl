@@ -7,13 +7,13 @@
 @group(0) @binding(2) var thickness: texture_2d<f32>;
 @group(0) @binding(3) var transmittance: texture_2d<f32>;
 @group(0) @binding(4) var reflectance: texture_2d<f32>;
-@group(0) @binding(5) var closure: texture_2d<f32>;
-@group(0) @binding(6) var phase: texture_2d<f32>;
-@group(0) @binding(7) var aureole: texture_2d<f32>;
-@group(0) @binding(8) var upwelling: texture_2d<f32>;
-@group(0) @binding(9) var repeat: sampler;
-@group(0) @binding(10) var clamped: sampler;
-@group(0) @binding(11) var<storage, read_write> output: array<f32>;
+@group(0) @binding(5) var phase: texture_2d<f32>;
+@group(0) @binding(6) var upwelling: texture_2d<f32>;
+@group(0) @binding(7) var repeat: sampler;
+@group(0) @binding(8) var clamped: sampler;
+@group(0) @binding(9) var<storage, read_write> output: array<f32>;
+@group(0) @binding(10) var closure: texture_2d<f32>;
+@group(0) @binding(11) var aureole: texture_2d<f32>;
 
 // Rows of the closure texture: factors of orders 1 and 2 and the flux of the higher ones; first reflected light.
 const CLOSURE_ROWS: f32 = 6.0;
@@ -42,9 +42,9 @@ fn sunlight(ray: ViewRay, through: vec3<f32>) -> vec3<f32> {
     let half_sin = min(0.5 * length(ray.seen + frame.sun.xyz), 1.0);
     let half_cos = min(0.5 * length(ray.seen - frame.sun.xyz), 1.0);
     let angle = phase_coordinate(half_sin, half_cos);
-    let once = frame.smooth_albedo.rgb * sample_clamped(phase, clamped, vec2<f32>(angle, 0.25)).rgb;
+    let once = frame.smooth_albedo.rgb * sample_clamped(phase, clamped, vec2<f32>(angle, 0.5 / PHASE_ROWS)).rgb;
     let twice = frame.smooth_albedo.rgb * frame.smooth_albedo.rgb
-        * sample_clamped(phase, clamped, vec2<f32>(angle, 0.75)).rgb;
+        * sample_clamped(phase, clamped, vec2<f32>(angle, 1.5 / PHASE_ROWS)).rgb;
 
     let coordinate = slab_depth_coordinate(ray.depth);
     let first_row = select(3.0, 0.0, ray.from_above);

@@ -47,6 +47,8 @@ pub(crate) struct Gpu {
     pub(crate) kernels: Kernels,
     pub(crate) repeat: wgpu::Sampler,
     pub(crate) clamp: wgpu::Sampler,
+    /// For half floats, which every device filters.
+    pub(crate) linear: wgpu::Sampler,
     failure: Arc<Failure>,
 }
 
@@ -99,7 +101,7 @@ impl Gpu {
         });
 
         let kernels = Kernels::new(&device, filtering);
-        let sampler = |label, mode| {
+        let sampler = |label, mode, filtering| {
             let filter = if filtering { wgpu::FilterMode::Linear } else { wgpu::FilterMode::Nearest };
             device.create_sampler(&wgpu::SamplerDescriptor {
                 label: Some(label),
@@ -110,9 +112,10 @@ impl Gpu {
                 ..Default::default()
             })
         };
-        let repeat = sampler("repeat", wgpu::AddressMode::Repeat);
-        let clamp = sampler("clamp", wgpu::AddressMode::ClampToEdge);
-        let gpu = Self { device, queue, summary, kernels, repeat, clamp, failure };
+        let repeat = sampler("repeat", wgpu::AddressMode::Repeat, filtering);
+        let clamp = sampler("clamp", wgpu::AddressMode::ClampToEdge, filtering);
+        let linear = sampler("linear", wgpu::AddressMode::ClampToEdge, true);
+        let gpu = Self { device, queue, summary, kernels, repeat, clamp, linear, failure };
         gpu.check()?;
         self_test::run(&gpu)?;
         Ok(gpu)

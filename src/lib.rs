@@ -5,6 +5,7 @@
 //! | stage | lifetime | gives |
 //! |---|---|---|
 //! | [`scene`], [`request`], [`image`] | - | validated input, ids |
+//! | [`plan`] | request | methods, sizes and passes for the tolerance |
 //! | [`optics`] | droplet mix | phase function and its moments, extinction, albedo per colour |
 //! | [`slab`] | droplet mix | fluxes of a slab by adding-doubling; closed forms of the first orders of scattering |
 //! | [`tables`] | droplet mix | the two above, kept in memory and on disk |
@@ -30,6 +31,7 @@ pub mod gpu;
 pub mod image;
 mod light;
 pub mod optics;
+pub mod plan;
 pub mod reference;
 pub mod render;
 pub mod request;

@@ -44,8 +44,6 @@ pub(crate) struct Grid {
 
 /// More passes are never made: snow under thick cloud in a wide domain takes about 40.
 const MAX_PASSES: u32 = 200;
-/// Part of the tolerance that the exchange may use up; the rest is for the methods themselves.
-const SHARE_OF_TOLERANCE: f64 = 0.05;
 /// Error that single precision leaves in any case: a finer tolerance would never be reached.
 const LEAST_CHANGE: f64 = 2e-6;
 
@@ -172,9 +170,9 @@ impl Grid {
         Ok(*bytemuck::from_bytes(bytemuck::cast_slice(&numbers)))
     }
 
-    /// Passes until what is left to change is below the tolerance. Returns how many were made.
-    pub(crate) fn exchange(&self, gpu: &Gpu, tolerance: f64, deadline: Option<Instant>) -> Result<u32, GpuError> {
-        let wanted = (SHARE_OF_TOLERANCE * tolerance).max(LEAST_CHANGE);
+    /// Passes until what is left to change is below `settled`, relative. Returns how many were made.
+    pub(crate) fn exchange(&self, gpu: &Gpu, settled: f64, deadline: Option<Instant>) -> Result<u32, GpuError> {
+        let wanted = settled.max(LEAST_CHANGE);
         let mut last_change: Option<f64> = None;
         for done in 0..MAX_PASSES {
             let (now, before, next) = match done {
@@ -214,7 +212,8 @@ pub(crate) struct LightInputs<'a> {
     pub(crate) plan: &'a GridPlan,
     pub(crate) albedo: Target,
     pub(crate) dark_ground: bool,
-    pub(crate) tolerance: f64,
+    /// Relative change at which the exchange is taken as settled.
+    pub(crate) settled: f64,
 }
 
 /// Runs the stage.
@@ -223,7 +222,7 @@ pub(crate) fn light(gpu: &Gpu, inputs: LightInputs<'_>, deadline: Option<Instant
     let grid = Grid::new(gpu, &exchange, inputs.albedo);
     grid.start(gpu, inputs.frame_uniform, inputs.thickness, inputs.tables, deadline)?;
     if !inputs.dark_ground {
-        let passes = grid.exchange(gpu, inputs.tolerance, deadline)?;
+        let passes = grid.exchange(gpu, inputs.settled, deadline)?;
         tracing::debug!(passes, texels = exchange.texels, "light between cloud and ground");
     }
     Ok(grid.finish())

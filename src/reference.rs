@@ -11,6 +11,7 @@
 pub mod base_light;
 pub mod cloud;
 pub mod cloud_analytic;
+pub mod cloud_tabulated;
 pub mod downsample;
 pub mod exchange_budget;
 pub mod exchange_down;

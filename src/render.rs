@@ -16,8 +16,8 @@ use crate::light::{self, Light};
 use crate::request::{self, Format, Method, Request, Side, TextureKind, Viewer};
 use crate::scene::{FieldError, Scene};
 use crate::shade;
-use crate::slice::{self, DeviceTables, HostTables};
-use crate::tables::MixTables;
+use crate::slice::{self, DeviceSlice, DeviceTables, HostSlice, HostTables};
+use crate::tables::{Detail, MixTables};
 use kept::Kept;
 use std::collections::HashMap;
 use std::sync::Arc;
@@ -147,6 +147,7 @@ pub struct Renderer {
     tables: Kept<(Arc<HostTables>, Arc<DeviceTables>)>,
     fields: Kept<Arc<Field>>,
     closures: Kept<Arc<Target>>,
+    slices: Kept<Arc<DeviceSlice>>,
     lights: Kept<Arc<Light>>,
 }
 
@@ -167,9 +168,14 @@ impl Renderer {
     /// [`GpuError::NoAdapter`] says what to install.
     pub fn new(options: &RendererOptions) -> Result<Self, GpuError> {
         let gpu = Gpu::open(options.adapter.as_deref(), options.filtering)?;
-        let kept = || Kept::new(KEPT);
-        let mut renderer =
-            Self { gpu, tables: kept(), fields: Kept::new(KEPT), closures: Kept::new(KEPT), lights: Kept::new(KEPT) };
+        let mut renderer = Self {
+            gpu,
+            tables: Kept::new(KEPT),
+            fields: Kept::new(KEPT),
+            closures: Kept::new(KEPT),
+            slices: Kept::new(KEPT),
+            lights: Kept::new(KEPT),
+        };
         renderer.warm_up().map_err(|e| GpuError::Failed(e.to_string()))?;
         Ok(renderer)
     }
@@ -187,8 +193,15 @@ impl Renderer {
         let tables = scene.mixes().iter().map(|mix| MixTables::build(mix, &|_| ()).map(Arc::new)).collect();
         let tables = Result::<Vec<_>, _>::map_err(tables, |e| RenderError::Gpu(e.to_string()))?;
         let scene = Arc::new(scene);
-        for texture in TextureKind::ALL {
-            let request = Request::new(texture, Format::F32);
+        let cloud = |method| Request {
+            method: Some(method),
+            // The smallest tables will do.
+            tolerance: 1.0,
+            ..Request::new(TextureKind::Cloud, Format::F32)
+        };
+        let clouds = [Method::Analytic, Method::Tabulated].map(cloud);
+        let rest = [TextureKind::Shadow, TextureKind::Irradiance, TextureKind::Thickness];
+        for request in clouds.into_iter().chain(rest.map(|texture| Request::new(texture, Format::F32))) {
             let job = Job { scene: Arc::clone(&scene), request, tables: tables.clone(), images: HashMap::new() };
             self.render(&job, &Watch::default())?;
         }
@@ -233,7 +246,7 @@ impl Renderer {
         let lit = matches!(needs, TextureKind::Cloud | TextureKind::Irradiance);
         let field = clock.time("field", || self.field(job, watch))?;
         let moment = frame::Moment::new(job, &field);
-        let by_monte_carlo = needs == TextureKind::Cloud && job.request.method == Method::Reference;
+        let by_monte_carlo = needs == TextureKind::Cloud && moment.plan.method == Method::Reference;
         // Monte Carlo adds the sun's light to texels that were shaded without it.
         let mut shaded = moment.frame;
         if by_monte_carlo {
@@ -252,9 +265,9 @@ impl Renderer {
             }
             None => None,
         };
-        let closure = match &tables {
+        let sun = match &tables {
             Some((host, _)) if needs == TextureKind::Cloud => {
-                Some(clock.time("closure", || Ok::<_, RenderError>(self.closure(job, host, &moment)))?)
+                Some(clock.time("slice", || Ok::<_, RenderError>(self.sun(job, host, &moment)))?)
             }
             _ => None,
         };
@@ -264,7 +277,7 @@ impl Renderer {
             exchange: &exchange,
             field: &field,
             tables: tables.as_ref().map(|(_, device)| &**device),
-            closure: closure.as_deref(),
+            method: sun.as_ref().map(Sun::method),
             light: light.as_deref(),
         };
         let view = view(job, size, &moment)?;
@@ -331,6 +344,29 @@ impl Renderer {
         }
     }
 
+    /// Radiance tables cut at the sun; made here if the caller brought none of the size that the plan wants.
+    fn slice(&mut self, job: &Job, host: &HostTables, moment: &frame::Moment, detail: Detail) -> Arc<DeviceSlice> {
+        let cosine: f64 = moment.frame.sun[3].into();
+        let key = format!("{} {detail:?} {cosine}", moment.mix_key(job));
+        let made = self.slices.get_or::<std::convert::Infallible>(&key, || {
+            let tables = job.tables[0].radiance(detail, &|_| ());
+            Ok(Arc::new(DeviceSlice::new(&self.gpu, &HostSlice::new(&tables, host.ratio, cosine))))
+        });
+        match made {
+            Ok(slice) => slice,
+            Err(never) => match never {},
+        }
+    }
+
+    /// What the plan's method needs for this sun.
+    fn sun(&mut self, job: &Job, host: &HostTables, moment: &frame::Moment) -> Sun {
+        match (moment.plan.method, moment.plan.detail) {
+            (Method::Tabulated, detail) => Sun::Slice(self.slice(job, host, moment, detail.unwrap_or(Detail::Fine))),
+            // Monte Carlo adds its light to texels that were shaded without a sun, by either method.
+            (Method::Analytic | Method::Reference, _) => Sun::Closure(self.closure(job, host, moment)),
+        }
+    }
+
     fn light(
         &mut self,
         job: &Job,
@@ -340,7 +376,7 @@ impl Renderer {
         frame_uniform: &wgpu::Buffer,
         tables: &DeviceTables,
     ) -> Result<Arc<Light>, RenderError> {
-        let key = format!("{} {} {}", job.scene.id(), moment.time_key(job), job.request.tolerance);
+        let key = format!("{} {} {:?}", job.scene.id(), moment.time_key(), moment.plan.light_key());
         self.lights.get_or(&key, || {
             let albedo = moment.albedo(job)?;
             let inputs = light::LightInputs {
@@ -351,7 +387,7 @@ impl Renderer {
                 plan: &moment.grid,
                 dark_ground: albedo.data.iter().all(|value| *value == 0.0),
                 albedo: slice::upload(&self.gpu, "albedo", &albedo),
-                tolerance: job.request.tolerance,
+                settled: moment.plan.exchange_change,
             };
             Ok(Arc::new(light::light(&self.gpu, inputs, watch.deadline)?))
         })
@@ -367,6 +403,21 @@ impl Renderer {
             TextureKind::Shadow | TextureKind::Thickness => 1.0,
         };
         if white > 0.0 { white as f32 } else { 1.0 }
+    }
+}
+
+/// What a method keeps for one sun.
+enum Sun {
+    Closure(Arc<Target>),
+    Slice(Arc<DeviceSlice>),
+}
+
+impl Sun {
+    fn method(&self) -> shade::CloudMethod<'_> {
+        match self {
+            Self::Closure(closure) => shade::CloudMethod::Analytic(closure),
+            Self::Slice(slice) => shade::CloudMethod::Tabulated(slice),
+        }
     }
 }
 

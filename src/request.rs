@@ -85,7 +85,8 @@ pub enum Side {
 
 impl Method {
     /// Every method and its name.
-    pub const ALL: [(&'static str, Self); 2] = [("analytic", Self::Analytic), ("reference", Self::Reference)];
+    pub const ALL: [(&'static str, Self); 3] =
+        [("analytic", Self::Analytic), ("tabulated", Self::Tabulated), ("reference", Self::Reference)];
 }
 
 /// Where the viewer is.
@@ -132,6 +133,8 @@ pub enum Method {
     /// The model of 2006, repaired: orders 0, 1, 2 in closed form; all higher orders isotropic, closed against exact
     /// fluxes.
     Analytic,
+    /// Single scattering exact; all the rest from tables of the exact solution.
+    Tabulated,
     /// Monte Carlo for every texel: minutes, for comparisons.
     Reference,
 }
@@ -160,8 +163,8 @@ pub struct Request {
     pub straight_alpha: bool,
     /// Acceptable relative root-mean-square error.
     pub tolerance: f64,
-    /// How slab light is computed.
-    pub method: Method,
+    /// How slab light is computed; the plan's choice when `None`.
+    pub method: Option<Method>,
     /// Multiplies linear output.
     pub scale: f64,
     /// Exposure of a PNG, stops.
@@ -224,7 +227,7 @@ pub const QUERY_PARAMETERS: &[QueryParameter] = &[
     parameter("peak", "true | false", "true", "light scattered by less than 5 degrees counts as the sun's beam"),
     parameter("alpha", "premultiplied | straight", "premultiplied", "how colour goes with alpha"),
     parameter("tolerance", "above 0 to 1", "0.02", "acceptable relative error, root mean square"),
-    parameter("method", "analytic | reference", "analytic", "how slab light is computed"),
+    parameter("method", "tabulated | analytic | reference", "by tolerance", "how slab light is computed"),
     parameter("layer", "0", "all", "one layer alone, 0 = lowest; light still uses all"),
     parameter("scale", "1e-6 to 1e6", "1", "multiplies linear output"),
     parameter("exposure", "-20 to 20", "0", "exposure of a PNG, stops"),
@@ -250,7 +253,7 @@ impl Request {
             peak: true,
             straight_alpha: false,
             tolerance: 0.02,
-            method: Method::Analytic,
+            method: None,
             scale: 1.0,
             exposure_stops: 0.0,
             tonemap: Tonemap::Filmic,
@@ -334,7 +337,7 @@ impl Request {
             "peak" => self.peak = word(value, &[("true", true), ("false", false)])?,
             "alpha" => self.straight_alpha = word(value, &[("premultiplied", false), ("straight", true)])?,
             "tolerance" => self.tolerance = number(value, f64::MIN_POSITIVE, 1.0)?,
-            "method" => self.method = word(value, &Method::ALL)?,
+            "method" => self.method = Some(word(value, &Method::ALL)?),
             "layer" => self.layer = Some(word(value, &[("0", 0)])?),
             "scale" => self.scale = number(value, 1e-6, 1e6)?,
             "exposure" => self.exposure_stops = number(value, -20.0, 20.0)?,

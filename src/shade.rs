@@ -6,8 +6,17 @@ use crate::gpu::shaders::{self, Shader};
 use crate::gpu::{Bind, Gpu, GpuError, Target};
 use crate::light::Light;
 use crate::request::TextureKind;
-use crate::slice::DeviceTables;
+use crate::slice::{DeviceSlice, DeviceTables};
 use std::time::Instant;
+
+/// What the methods of the cloud pass need.
+#[derive(Clone, Copy)]
+pub(crate) enum CloudMethod<'a> {
+    /// The closure of the orders for this sun.
+    Analytic(&'a Target),
+    /// The radiance tables cut at this sun.
+    Tabulated(&'a DeviceSlice),
+}
 
 /// What a texture is made from; not every texture needs all of it.
 pub(crate) struct Inputs<'a> {
@@ -15,7 +24,7 @@ pub(crate) struct Inputs<'a> {
     pub(crate) exchange: &'a wgpu::Buffer,
     pub(crate) field: &'a Field,
     pub(crate) tables: Option<&'a DeviceTables>,
-    pub(crate) closure: Option<&'a Target>,
+    pub(crate) method: Option<CloudMethod<'a>>,
     pub(crate) light: Option<&'a Light>,
 }
 
@@ -56,22 +65,33 @@ pub(crate) fn band(
         }
         TextureKind::Cloud => {
             let (tables, light) = inputs.tables.zip(inputs.light).ok_or_else(missing)?;
-            let closure = inputs.closure.ok_or_else(missing)?;
-            let binds = vec![
+            let mut binds = vec![
                 frame,
                 view_bind,
                 thickness,
                 Bind::View(&tables.transmittance.view),
                 Bind::View(&tables.reflectance.view),
-                Bind::View(&closure.view),
                 Bind::View(&tables.phase.view),
-                Bind::View(&tables.aureole.view),
                 Bind::View(&light.upwelling.view),
                 repeat,
                 clamp,
                 out,
             ];
-            (&shaders::CLOUD_ANALYTIC, binds)
+            match inputs.method.ok_or_else(missing)? {
+                CloudMethod::Analytic(closure) => {
+                    binds.extend([Bind::View(&closure.view), Bind::View(&tables.aureole.view)]);
+                    (&shaders::CLOUD_ANALYTIC, binds)
+                }
+                CloudMethod::Tabulated(slice) => {
+                    binds.extend([
+                        Bind::View(&slice.sides[1 - view.from_above as usize].view),
+                        Bind::View(&tables.near_sun.view),
+                        Bind::Sampler(&gpu.linear),
+                        Bind::Buffer(&slice.remainder),
+                    ]);
+                    (&shaders::CLOUD_TABULATED, binds)
+                }
+            }
         }
     };
     gpu.run(texture.name(), deadline, |pass| gpu.dispatch(pass, shader, &binds, [view.size, view.rows]))?;

@@ -1,15 +1,21 @@
 //! Stage `slice`: tables of a mix as the textures that passes read, and the closure of the orders for one sun.
 
+use crate::gpu::layout::Remainder;
 use crate::gpu::{Gpu, HostMap, Target};
 use crate::optics::Channel;
 use crate::slab::closure::{Closure, LowOrders};
 use crate::slab::fluxes::{DEPTH_COUNT, DEPTHS_PER_OCTAVE, FluxTable, MU_COUNT, root_mu};
-use crate::slab::phases::{AUREOLE_COLUMNS, AUREOLE_ROWS, PEAK_DEG, PHASE_COLUMNS, PhaseTables};
-use crate::tables::MixTables;
+use crate::slab::phases::{AUREOLE_COLUMNS, AUREOLE_ROWS, PEAK_DEG, PHASE_COLUMNS, PhaseTables, phase_angle};
+use crate::slab::radiance::{Scaling, Side, Slice, TableSize, aureole};
+use crate::tables::{MixTables, Radiance};
+use half::f16;
 use rayon::prelude::*;
+use std::f64::consts::PI;
 
 /// Quantities of the closure's table: factors of orders 1 and 2, flux of the higher ones; reflected, then transmitted.
 pub const CLOSURE_ROWS: usize = 6;
+/// Quantities of the phase functions' table.
+pub const PHASE_ROWS: usize = 3;
 
 /// Tables as textures, for one mix and one ratio of extinctions: every row holds each channel at its own optical depth,
 /// which goes with that at 550 nm, so that one fetch serves three channels.
@@ -21,10 +27,13 @@ pub struct HostTables {
     pub reflectance: HostMap,
     /// Light from a whole hemisphere: columns of optical depth; row 0 transmitted, row 1 not reflected.
     pub diffuse: HostMap,
-    /// Columns of scattering angle; row 0 scattered once, row 1 twice, per steradian.
+    /// Columns of scattering angle, [`PHASE_ROWS`] rows per steradian: scattered once and twice by the medium without its
+    /// forward peak; the whole phase function.
     pub phase: HostMap,
-    /// Columns of scattering angle, rows of optical path.
+    /// Light that met the forward peak alone: columns of scattering angle, rows of optical path.
     pub aureole: HostMap,
+    /// What tabulated light lacks near the sun: columns of scattering angle, rows of optical path.
+    pub near_sun: HostMap,
     /// Extinctions relative to that at 550 nm.
     pub ratio: [f64; 3],
 }
@@ -52,15 +61,72 @@ impl HostTables {
                 0 => even(x, c).transmittance,
                 _ => even(x, c).one_minus_reflectance(),
             }),
-            phase: interleave(PHASE_COLUMNS, 2, |x, y, c| match y {
+            phase: interleave(PHASE_COLUMNS, PHASE_ROWS, |x, y, c| match y {
                 0 => tables.phases[c].once[x],
-                _ => tables.phases[c].twice[x],
+                1 => tables.phases[c].twice[x],
+                _ => tables.channels[c].phase.value(phase_angle(x)) / (4.0 * PI),
             }),
             aureole: interleave(AUREOLE_COLUMNS, AUREOLE_ROWS, |x, y, c| {
                 tables.phases[c].aureole[y * AUREOLE_COLUMNS + x]
             }),
+            near_sun: interleave(aureole::COLUMNS, aureole::ROWS, |x, y, c| {
+                tables.aureoles[c].texels()[y * aureole::COLUMNS + x].into()
+            }),
             ratio,
         }
+    }
+}
+
+/// Radiance tables cut at one sun: a 3-D texture for each side, over optical depth at 550 nm, view zenith and azimuth.
+#[derive(Debug, Clone, PartialEq)]
+pub struct HostSlice {
+    /// Nodes of the axes.
+    pub size: TableSize,
+    /// Reflected light, then transmitted: red, green, blue, 0.
+    pub texels: [Vec<f16>; 2],
+    /// What the texels are multiplied by.
+    pub remainder: Remainder,
+}
+
+impl HostSlice {
+    /// Cuts the tables of three channels whose extinctions have the given ratio to that at 550 nm.
+    pub fn new(tables: &Radiance, ratio: [f64; 3], cosine_sun: f64) -> Self {
+        let size = tables[1].size();
+        let slices: [Slice; 3] = std::array::from_fn(|c| tables[c].slice(cosine_sun, ratio[c]));
+        let interleaved = |side: Side| {
+            let channels = slices.each_ref().map(|slice| slice.texels(side));
+            let texel = |i: usize| [channels[0][i], channels[1][i], channels[2][i], 0.0].map(f16::from_f32);
+            (0..channels[0].len()).flat_map(texel).collect()
+        };
+        let constant = |value: fn(&Scaling) -> f64| {
+            let [r, g, b] = tables.each_ref().map(|table| value(table.scaling()) as f32);
+            [r, g, b, 0.0]
+        };
+        let remainder = Remainder {
+            depth_scale: constant(|scaling| scaling.depth_scale),
+            order1_albedo: constant(|scaling| scaling.order1_albedo),
+            decay: constant(|scaling| scaling.decay),
+            extrapolation: constant(|scaling| scaling.extrapolation),
+            depths: size.depths() as f32,
+            zeniths: size.zeniths as f32,
+            azimuths: size.azimuths as f32,
+            depths_per_octave: size.depths_per_octave as f32,
+        };
+        Self { size, texels: Side::BOTH.map(interleaved), remainder }
+    }
+}
+
+/// A slice on the device.
+pub(crate) struct DeviceSlice {
+    pub(crate) sides: [Target; 2],
+    pub(crate) remainder: wgpu::Buffer,
+}
+
+impl DeviceSlice {
+    pub(crate) fn new(gpu: &Gpu, host: &HostSlice) -> Self {
+        let size = [host.size.depths(), host.size.zeniths, host.size.azimuths].map(|count| count as u32);
+        let side = |texels: &Vec<f16>| gpu.volume_from("slice", size, texels);
+        Self { sides: host.texels.each_ref().map(side), remainder: gpu.uniform("remainder", &host.remainder) }
     }
 }
 
@@ -110,6 +176,7 @@ pub(crate) struct DeviceTables {
     pub(crate) diffuse: Target,
     pub(crate) phase: Target,
     pub(crate) aureole: Target,
+    pub(crate) near_sun: Target,
 }
 
 /// Brings a host table to the device.
@@ -125,6 +192,7 @@ impl DeviceTables {
             diffuse: upload(gpu, "diffuse", &host.diffuse),
             phase: upload(gpu, "phase", &host.phase),
             aureole: upload(gpu, "aureole", &host.aureole),
+            near_sun: upload(gpu, "near_sun", &host.near_sun),
         }
     }
 }

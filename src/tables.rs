@@ -3,12 +3,13 @@
 use crate::optics::{self, Channel, Mix};
 use crate::slab::fluxes::FluxTable;
 use crate::slab::phases::PhaseTables;
+use crate::slab::radiance::{Aureole, RadianceTable, TableSize};
 use sha2::{Digest, Sha256};
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
 
-/// Everything that depends on the droplet mix alone.
+/// Everything that depends on the droplet mix alone. Radiance tables are made when a size of them is first asked for.
 #[derive(Debug, Clone, PartialEq)]
 pub struct MixTables {
     /// The mix.
@@ -19,6 +20,43 @@ pub struct MixTables {
     pub fluxes: [FluxTable; 3],
     /// Phase functions as the shade pass reads them, in red, green and blue.
     pub phases: [PhaseTables; 3],
+    /// Corrections near the sun, in red, green and blue.
+    pub aureoles: [Aureole; 3],
+    radiance: [OnceLock<Arc<Radiance>>; Detail::ALL.len()],
+}
+
+/// Radiance tables in red, green and blue.
+pub type Radiance = [RadianceTable; 3];
+
+/// How fine radiance tables are.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Detail {
+    /// 23 x 33 x 33 x 19 nodes: optical depth, sun, view, azimuth.
+    Coarse,
+    /// 35 x 33 x 33 x 37 nodes.
+    Fine,
+    /// 59 x 65 x 65 x 91 nodes.
+    Finest,
+}
+
+impl Detail {
+    /// Every size and its name.
+    pub const ALL: [(&'static str, Self); 3] =
+        [("coarse", Self::Coarse), ("fine", Self::Fine), ("finest", Self::Finest)];
+
+    /// Its name.
+    pub fn name(self) -> &'static str {
+        Self::ALL[self as usize].0
+    }
+
+    /// Nodes of its tables.
+    pub fn size(self) -> TableSize {
+        match self {
+            Self::Coarse => TableSize::COARSE,
+            Self::Fine => TableSize::FINE,
+            Self::Finest => TableSize::FINEST,
+        }
+    }
 }
 
 /// Why tables could not be made.
@@ -50,41 +88,67 @@ impl MixTables {
         let table = |i: usize| FluxTable::build(channels[i].albedo, &channels[i].moments, &|part| rest(i, part));
         let fluxes = [table(0), table(1), table(2)];
         let phases = channels.each_ref().map(PhaseTables::build);
+        let aureoles = channels.each_ref().map(|channel| Aureole::build(channel.albedo, &channel.moments));
         progress(1.0);
-        Ok(Self { mix: mix.clone(), channels, fluxes, phases })
+        Ok(Self { mix: mix.clone(), channels, fluxes, phases, aureoles, radiance: Default::default() })
     }
 
-    fn to_numbers(&self) -> Vec<f64> {
-        let mut numbers = Vec::new();
-        for i in 0..3 {
-            for part in [self.channels[i].to_f64s(), self.fluxes[i].to_vec(), self.phases[i].to_numbers()] {
-                numbers.push(part.len() as f64);
-                numbers.extend(part);
-            }
-        }
-        numbers
-    }
-
-    fn from_numbers(mix: &Mix, numbers: &[f64]) -> Option<Self> {
-        let mut rest = numbers;
-        let mut part = || {
-            let (length, after) = rest.split_first()?;
-            let (part, after) = after.split_at_checked(*length as usize)?;
-            rest = after;
-            Some(part)
+    /// Radiance tables of a size, made if they are not there yet: half a second for `Fine`. `progress` gets 0 to 1.
+    pub fn radiance(&self, detail: Detail, progress: &(dyn Fn(f64) + Sync)) -> Arc<Radiance> {
+        let build = || {
+            let table = |i: usize| {
+                let channel = &self.channels[i];
+                let part = |part: f64| progress((i as f64 + part) / 3.0);
+                RadianceTable::build(channel.albedo, &channel.moments, detail.size(), &part)
+            };
+            Arc::new([table(0), table(1), table(2)])
         };
-        let mut channel =
-            || Some((Channel::from_f64s(part()?)?, FluxTable::from_vec(part()?)?, PhaseTables::from_numbers(part()?)?));
-        let (r, g, b) = (channel()?, channel()?, channel()?);
-        Some(Self { mix: mix.clone(), channels: [r.0, g.0, b.0], fluxes: [r.1, g.1, b.1], phases: [r.2, g.2, b.2] })
+        Arc::clone(self.radiance[detail as usize].get_or_init(build))
+    }
+
+    fn to_parts(&self) -> Vec<Vec<u8>> {
+        let bytes = |numbers: Vec<f64>| numbers.iter().flat_map(|number| number.to_le_bytes()).collect();
+        let channel = |i: usize| {
+            [
+                bytes(self.channels[i].to_f64s()),
+                bytes(self.fluxes[i].to_vec()),
+                bytes(self.phases[i].to_numbers()),
+                self.aureoles[i].to_bytes(),
+            ]
+        };
+        (0..3).flat_map(channel).collect()
+    }
+
+    fn from_parts(mix: &Mix, parts: &[&[u8]]) -> Option<Self> {
+        let numbers = |bytes: &[u8]| {
+            let (numbers, []) = bytes.as_chunks::<8>() else { return None };
+            Some(numbers.iter().map(|number| f64::from_le_bytes(*number)).collect::<Vec<_>>())
+        };
+        let channel = |i: usize| {
+            let [channel, fluxes, phases, aureole] = parts.get(4 * i..4 * i + 4)? else { return None };
+            Some((
+                Channel::from_f64s(&numbers(channel)?)?,
+                FluxTable::from_vec(&numbers(fluxes)?)?,
+                PhaseTables::from_numbers(&numbers(phases)?)?,
+                Aureole::from_bytes(aureole)?,
+            ))
+        };
+        let (r, g, b) = (channel(0)?, channel(1)?, channel(2)?);
+        Some(Self {
+            mix: mix.clone(),
+            channels: [r.0, g.0, b.0],
+            fluxes: [r.1, g.1, b.1],
+            phases: [r.2, g.2, b.2],
+            aureoles: [r.3, g.3, b.3],
+            radiance: Default::default(),
+        })
     }
 }
 
-/// Start of a file of tables: name and version of the layout. A file of another version is made again.
-const MAGIC: &[u8; 16] = b"skyloom-mix-0001";
-const DIGEST_BYTES: usize = 32;
-/// Mixes kept in memory; each takes about 4 MB.
-const KEPT: usize = 32;
+/// Mixes kept in memory; each takes about 4 MB, and 18 MB more with fine radiance tables.
+const KEPT: usize = 16;
+/// Share of a mix's own tables in the work, where radiance tables are made too.
+const MIX_SHARE: f64 = 0.7;
 
 /// The tables of all mixes in use: in memory, and in a folder if there is one. A mix that several callers ask for at
 /// once is made once.
@@ -111,12 +175,17 @@ impl TableLibrary {
         Self { folder, entries: Mutex::default() }
     }
 
-    /// The tables of a mix. Waits while they are made: seconds for droplets that were never used before. `progress`
-    /// gets 0 to 1 if it is this call that makes them.
+    /// The tables of a mix, with radiance tables of the given size if one is given. Waits while they are made: seconds
+    /// for droplets that were never used before. `progress` gets 0 to 1 if it is this call that makes them.
     ///
     /// # Errors
     /// When the optics refuse the mix.
-    pub fn get(&self, mix: &Mix, progress: &(dyn Fn(f64) + Sync)) -> Result<Arc<MixTables>, TableError> {
+    pub fn get(
+        &self,
+        mix: &Mix,
+        detail: Option<Detail>,
+        progress: &(dyn Fn(f64) + Sync),
+    ) -> Result<Arc<MixTables>, TableError> {
         let entry = {
             let mut entries = lock(&self.entries);
             if entries.len() >= KEPT && !entries.contains_key(&mix.key()) {
@@ -125,14 +194,40 @@ impl TableLibrary {
             }
             Arc::clone(entries.entry(mix.key()).or_default())
         };
-        let make = || {
-            let report = |part: f64| {
-                *lock(&entry.progress) = Some(part);
-                progress(part);
-            };
-            self.load_or_build(mix, &report).map(Arc::new)
+        let share = if detail.is_some() { MIX_SHARE } else { 1.0 };
+        let report = |part: f64| {
+            *lock(&entry.progress) = Some(part);
+            progress(part);
         };
-        entry.tables.get_or_init(make).clone()
+        let make = || self.load_or_build(mix, &|part| report(share * part)).map(Arc::new);
+        let tables = entry.tables.get_or_init(make).clone()?;
+        if let Some(detail) = detail {
+            self.radiance(&tables, detail, &|part| report(share + (1.0 - share) * part));
+        }
+        *lock(&entry.progress) = None;
+        Ok(tables)
+    }
+
+    /// Radiance tables from disk, or made and kept there.
+    fn radiance(&self, tables: &MixTables, detail: Detail, progress: &(dyn Fn(f64) + Sync)) {
+        if tables.radiance[detail as usize].get().is_some() {
+            return;
+        }
+        let name = format!("{}.{}", tables.mix.key(), detail.name());
+        let path = self.folder.as_ref().map(|folder| folder.join(format!("{name}.radiance")));
+        let read = |parts: &[&[u8]]| {
+            let [r, g, b] = parts else { return None };
+            let table = |bytes| RadianceTable::from_bytes(bytes).filter(|table| table.size() == detail.size());
+            Some([table(r)?, table(g)?, table(b)?])
+        };
+        if let Some(kept) = path.as_deref().and_then(|path| load(path, &name, read)) {
+            tables.radiance[detail as usize].get_or_init(|| Arc::new(kept));
+            return;
+        }
+        let made = tables.radiance(detail, progress);
+        if let Some(path) = path {
+            save(&path, &name, &made.each_ref().map(RadianceTable::to_bytes));
+        }
     }
 
     /// Whether the tables of a mix are in memory.
@@ -143,59 +238,78 @@ impl TableLibrary {
     /// How far the tables of a mix are, 0 to 1, while they are being made.
     pub fn progress(&self, mix: &Mix) -> Option<f64> {
         let entry = lock(&self.entries).get(&mix.key()).cloned()?;
-        if entry.tables.get().is_some() { None } else { *lock(&entry.progress) }
+        *lock(&entry.progress)
     }
 
     fn load_or_build(&self, mix: &Mix, progress: &(dyn Fn(f64) + Sync)) -> Result<MixTables, TableError> {
         progress(0.0);
         let path = self.folder.as_ref().map(|folder| folder.join(format!("{}.tables", mix.key())));
-        if let Some(tables) = path.as_deref().and_then(|path| load(path, mix)) {
+        let kept = path.as_deref().and_then(|path| load(path, &mix.key(), |parts| MixTables::from_parts(mix, parts)));
+        if let Some(tables) = kept {
             return Ok(tables);
         }
         tracing::info!(mix = %mix.describe(), "making tables of a new droplet mix");
         let tables = MixTables::build(mix, progress)?;
-        if let Some(path) = path
-            && let Err(error) = save(&path, &tables)
-        {
-            tracing::warn!(path = %path.display(), %error, "tables could not be kept on disk");
+        if let Some(path) = path {
+            save(&path, &mix.key(), &tables.to_parts());
         }
         Ok(tables)
     }
 }
 
-/// Reads a file of tables; `None` if it is absent, old, damaged or of another mix: it is made again then.
-fn load(path: &Path, mix: &Mix) -> Option<MixTables> {
+/// Start of a file of tables: name and version of the layout. A file of another version is made again.
+const MAGIC: &[u8; 16] = b"skyloom-mix-0002";
+const DIGEST_BYTES: usize = 32;
+
+/// Reads a file of tables; `None` if it is absent, old, damaged or of another name: it is made again then.
+fn load<T>(path: &Path, name: &str, read: impl FnOnce(&[&[u8]]) -> Option<T>) -> Option<T> {
     let bytes = std::fs::read(path).ok()?;
-    let tables = parse(&bytes, mix);
-    if tables.is_none() {
+    let found = body(&bytes, name).and_then(parts).and_then(|parts| read(&parts));
+    if found.is_none() {
         tracing::warn!(path = %path.display(), "tables on disk are damaged or old and are made again");
     }
-    tables
+    found
 }
 
-fn parse(bytes: &[u8], mix: &Mix) -> Option<MixTables> {
-    let body = bytes.strip_prefix(MAGIC)?;
-    let (digest, body) = body.split_at_checked(DIGEST_BYTES)?;
-    if digest != checksum(mix, body).as_slice() || body.len() % 8 != 0 {
-        return None;
+fn body<'a>(bytes: &'a [u8], name: &str) -> Option<&'a [u8]> {
+    let (digest, body) = bytes.strip_prefix(MAGIC)?.split_at_checked(DIGEST_BYTES)?;
+    (digest == checksum(name, body).as_slice()).then_some(body)
+}
+
+/// Parts of a file, each behind its length.
+fn parts(mut bytes: &[u8]) -> Option<Vec<&[u8]>> {
+    let mut parts = Vec::new();
+    while !bytes.is_empty() {
+        let (length, after) = bytes.split_first_chunk::<8>()?;
+        let (part, after) = after.split_at_checked(usize::try_from(u64::from_le_bytes(*length)).ok()?)?;
+        parts.push(part);
+        bytes = after;
     }
-    let numbers: Vec<f64> = body.as_chunks::<8>().0.iter().map(|chunk| f64::from_le_bytes(*chunk)).collect();
-    MixTables::from_numbers(mix, &numbers)
+    Some(parts)
 }
 
-/// Covers the key too, so that a renamed file is not taken for another mix.
-fn checksum(mix: &Mix, body: &[u8]) -> [u8; DIGEST_BYTES] {
-    Sha256::new().chain_update(mix.key()).chain_update(body).finalize().into()
+/// Covers the name too, so that a renamed file is not taken for another mix.
+fn checksum(name: &str, body: &[u8]) -> [u8; DIGEST_BYTES] {
+    Sha256::new().chain_update(name).chain_update(body).finalize().into()
 }
 
-fn save(path: &Path, tables: &MixTables) -> std::io::Result<()> {
-    let body: Vec<u8> = tables.to_numbers().iter().flat_map(|number| number.to_le_bytes()).collect();
-    let bytes = [MAGIC.as_slice(), &checksum(&tables.mix, &body), &body].concat();
-    if let Some(folder) = path.parent() {
-        std::fs::create_dir_all(folder)?;
+/// Keeps tables on disk; without them they are made again, so a failure is only told.
+fn save(path: &Path, name: &str, parts: &[Vec<u8>]) {
+    let body: Vec<u8> = parts
+        .iter()
+        .flat_map(|part| (part.len() as u64).to_le_bytes().into_iter().chain(part.iter().copied()))
+        .collect();
+    let bytes = [MAGIC.as_slice(), &checksum(name, &body), &body].concat();
+    let write = || {
+        if let Some(folder) = path.parent() {
+            std::fs::create_dir_all(folder)?;
+        }
+        // Written aside and renamed: a reader never sees half a file.
+        let aside = path.with_extension(format!("part{}", std::process::id()));
+        std::fs::write(&aside, bytes)?;
+        std::fs::rename(&aside, path)
+    };
+    if let Err(error) = write() {
+        tracing::warn!(path = %path.display(), %error, "tables could not be kept on disk");
     }
-    // Written aside and renamed: a reader never sees half a file.
-    let aside = path.with_extension(format!("part{}", std::process::id()));
-    std::fs::write(&aside, bytes)?;
-    std::fs::rename(&aside, path)
 }

@@ -6,10 +6,11 @@
 
 use naga::valid::{Capabilities, ValidationFlags, Validator};
 use naga::{Expression, Literal, Module, ShaderStage, TypeInner};
-use skyloom::gpu::layout::{self, Budget, Exchange, Frame, Pattern, View};
+use skyloom::gpu::layout::{self, Budget, Exchange, Frame, Pattern, Remainder, View};
 use skyloom::gpu::shaders::{self, Shader};
 use skyloom::slab::fluxes;
 use skyloom::slab::phases as tables;
+use skyloom::slab::radiance::{aureole, table};
 use std::mem::{offset_of, size_of};
 
 /// Size of a struct and its fields in order, with their offsets.
@@ -59,6 +60,16 @@ fn host_layouts() -> Vec<(&'static str, Layout)> {
         host_layout!(View { towards, eye, size, first_row, rows, from_above, part, peak, top_m, spare }),
         host_layout!(Exchange { shift_uv, texels, samples, weights, levels, offsets_uv }),
         host_layout!(Budget { scale, change }),
+        host_layout!(Remainder {
+            depth_scale,
+            order1_albedo,
+            decay,
+            extrapolation,
+            depths,
+            zeniths,
+            azimuths,
+            depths_per_octave,
+        }),
         host_layout!(Pattern {
             seed,
             octaves,
@@ -220,7 +231,25 @@ fn constants_of_the_shade_tables() {
 }
 
 #[test]
-#[should_panic(expected = "cloud CLOSURE_ROWS")]
+fn constants_of_the_radiance_slice() {
+    let expected = [
+        ("PHASE_ROWS", skyloom::slice::PHASE_ROWS as f64),
+        ("SLICE_LOG2_DEPTH_MIN", f64::from(table::FIRST_LOG2_DEPTH)),
+        ("SLICE_LOG2_DEPTH_SPARSE", f64::from(table::SPARSE_LOG2_DEPTH)),
+        ("SLICE_ZENITH_MAX", table::LAST_ZENITH_DEG.to_radians()),
+        ("SLICE_COSINE_MIN", table::LAST_ZENITH_DEG.to_radians().cos()),
+        ("SLICE_DENSER", table::DENSER),
+        ("NEAR_SUN_ROWS", aureole::ROWS as f64),
+        ("NEAR_SUN_COLUMNS", aureole::COLUMNS as f64),
+        ("NEAR_SUN_LOG2_MIN", f64::from(aureole::FIRST_LOG2_PATH)),
+        ("NEAR_SUN_ROWS_PER_OCTAVE", aureole::ROWS_PER_OCTAVE as f64),
+        ("NEAR_SUN_HALF_SIN_MAX", aureole::HALF_SIN_MAX),
+    ];
+    assert_constants(&shaders::CLOUD_TABULATED, &expected);
+}
+
+#[test]
+#[should_panic(expected = "cloud_analytic CLOSURE_ROWS")]
 fn a_wrong_constant_is_seen() {
     assert_constants(&shaders::CLOUD_ANALYTIC, &[("CLOSURE_ROWS", 7.0)]);
 }

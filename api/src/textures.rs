@@ -14,6 +14,7 @@ use axum::extract::{Path, Query, State};
 use axum::http::{HeaderMap, HeaderName, HeaderValue, StatusCode, header};
 use axum::response::{IntoResponse, Response};
 use sha2::{Digest as _, Sha256};
+use skyloom::plan::Plan;
 use skyloom::render::Job;
 use skyloom::request::{Method, Request};
 use skyloom::scene::Scene;
@@ -46,7 +47,7 @@ pub async fn get(
     let request = Request::parse(texture, format, &query)?;
     request.check(&scene).map_err(|errors| ApiError::InvalidQuery(field_problems(errors)))?;
     check_side(&scene, &request, app.config.limits.max_side)?;
-    if request.method == Method::Reference {
+    if request.method == Some(Method::Reference) {
         // It takes minutes, and the one render thread with it.
         let detail = "\"reference\" is for the command line: skyloom render --method reference".to_owned();
         return Err(ApiError::InvalidQuery(vec![FieldProblem { pointer: "method".to_owned(), detail }]));
@@ -125,7 +126,7 @@ async fn make(
     request: Request,
     cancelled: Arc<AtomicBool>,
 ) -> Result<Reply, Stopped> {
-    let tables = tables(app, &scene, &cancelled).await?;
+    let tables = tables(app, &scene, &request, &cancelled).await?;
     let images = images(app, &scene).await?;
     let media_type = request.format.media_type();
     let job = Arc::new(Job { scene, request, tables, images });
@@ -147,7 +148,13 @@ async fn make(
     Ok(reply)
 }
 
-async fn tables(app: &Arc<App>, scene: &Scene, cancelled: &AtomicBool) -> Result<Vec<Arc<MixTables>>, Stopped> {
+async fn tables(
+    app: &Arc<App>,
+    scene: &Scene,
+    request: &Request,
+    cancelled: &AtomicBool,
+) -> Result<Vec<Arc<MixTables>>, Stopped> {
+    let detail = Plan::new(request).detail;
     let mut tables = Vec::new();
     for mix in scene.mixes() {
         // One blocking thread for each mix, however many requests wait for it. Tables once begun are finished: the next
@@ -163,10 +170,10 @@ async fn tables(app: &Arc<App>, scene: &Scene, cancelled: &AtomicBool) -> Result
                         tracing::info!(mix = mix.describe(), percent = (100.0 * part).round(), "making tables");
                     }
                 };
-                library.get(&mix, &tell).map_err(|error| ApiError::Internal(format!("tables: {error}")))
+                library.get(&mix, detail, &tell).map_err(|error| ApiError::Internal(format!("tables: {error}")))
             })
         };
-        let built = app.tables.join(&mix.key(), build).await;
+        let built = app.tables.join(&format!("{} {detail:?}", mix.key()), build).await;
         tables.push(built.unwrap_or_else(|| Err(ApiError::Internal("making tables panicked".to_owned())))?);
         if cancelled.load(Ordering::Relaxed) {
             return Err(Stopped::Cancelled);

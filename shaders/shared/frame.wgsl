@@ -48,6 +48,18 @@ struct Budget {
     change: vec4<f32>,        // rgb: largest change of irradiance since the last pass, relative to its mean
 }
 
+// What the texels of a radiance slice are multiplied by, per channel.
+struct Remainder {
+    depth_scale: vec4<f32>,   // scaled optical depth per true one
+    order1_albedo: vec4<f32>, // albedo of single scattering at the scaled depth
+    decay: vec4<f32>,         // diffusion exponent per scaled depth
+    extrapolation: vec4<f32>, // depth added by extrapolation at both faces, scaled
+    depths: f32,              // nodes of optical depth, view zenith and azimuth
+    zeniths: f32,
+    azimuths: f32,
+    depths_per_octave: f32,
+}
+
 // A synthetic field.
 struct Pattern {
     seed: u32,

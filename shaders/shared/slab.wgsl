@@ -90,6 +90,8 @@ fn slab_order2_transmitted(path_l: f32, path_v: f32) -> f32 {
 }
 
 const PHASE_COLUMNS: f32 = 2048.0;
+// Rows of the phase functions: scattered once and twice without the forward peak; the whole function.
+const PHASE_ROWS: f32 = 3.0;
 
 // Texture coordinate of a scattering angle, given sin and cos of its half: fine at 0 and at 180 degrees, and without
 // inverse functions, which drivers compute badly.

@@ -94,6 +94,28 @@ pub struct Budget {
     pub change: [f32; 4],
 }
 
+/// What the texels of a radiance slice are multiplied by, per channel.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, Pod, Zeroable)]
+pub struct Remainder {
+    /// Scaled optical depth per true one.
+    pub depth_scale: [f32; 4],
+    /// Albedo of single scattering at the scaled depth.
+    pub order1_albedo: [f32; 4],
+    /// Diffusion exponent per scaled depth.
+    pub decay: [f32; 4],
+    /// Depth added by extrapolation at both faces, scaled.
+    pub extrapolation: [f32; 4],
+    /// Nodes of optical depth.
+    pub depths: f32,
+    /// Nodes of view zenith.
+    pub zeniths: f32,
+    /// Nodes of azimuth.
+    pub azimuths: f32,
+    /// Nodes of optical depth per octave.
+    pub depths_per_octave: f32,
+}
+
 /// A synthetic field.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq, Default, Pod, Zeroable)]

@@ -2,6 +2,7 @@
 
 use super::shaders::{self, Shader};
 use super::{Gpu, GpuError};
+use half::f16;
 use std::collections::HashMap;
 use std::time::Instant;
 use wgpu::util::DeviceExt as _;
@@ -125,6 +126,29 @@ impl Gpu {
             wgpu::Extent3d { width: size[0], height: size[1], depth_or_array_layers: 1 },
         );
         target
+    }
+
+    /// A volume of four half floats a texel, filled from the host: those are filtered on every device.
+    pub(crate) fn volume_from(&self, label: &str, size: [u32; 3], data: &[f16]) -> Target {
+        let extent = wgpu::Extent3d { width: size[0], height: size[1], depth_or_array_layers: size[2] };
+        let texture = self.device.create_texture(&wgpu::TextureDescriptor {
+            label: Some(label),
+            size: extent,
+            mip_level_count: 1,
+            sample_count: 1,
+            dimension: wgpu::TextureDimension::D3,
+            format: wgpu::TextureFormat::Rgba16Float,
+            usage: wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_DST,
+            view_formats: &[],
+        });
+        self.queue.write_texture(
+            texture.as_image_copy(),
+            bytemuck::cast_slice(data),
+            wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(8 * size[0]), rows_per_image: Some(size[1]) },
+            extent,
+        );
+        let view = texture.create_view(&Default::default());
+        Target { texture, view, levels: Vec::new(), width: size[0], height: size[1], channels: 4 }
     }
 
     /// A uniform buffer holding one host struct.

@@ -64,4 +64,5 @@ shaders! {
     SHADOW: "shadow", IMAGE, [PATH];
     IRRADIANCE: "irradiance", IMAGE, [PATH, SLAB, SUN, GATHER];
     CLOUD_ANALYTIC: "cloud_analytic", IMAGE, [PATH, SLAB, CLOUD_VIEW];
+    CLOUD_TABULATED: "cloud_tabulated", IMAGE, [PATH, SLAB, CLOUD_VIEW];
 }

@@ -4,8 +4,6 @@ use crate::gpu::layout::{Exchange, Frame};
 
 /// Weights of the four rings: least squares against the exact kernel, four bilinear taps a ring. Their sum is 1.
 const RING_WEIGHTS: [f32; 4] = [0.189, 0.429, 0.255, 0.127];
-/// Texels per height of the cloud base: light between the planes is smooth over that height.
-const TEXELS_PER_HEIGHT: f64 = 4.0;
 /// Grid texels a side, at least where anything varies, and at most.
 const TEXELS: [u32; 2] = [16, 1024];
 /// Samples a side of the thickness map in one texel, at most.
@@ -20,13 +18,13 @@ pub(crate) struct GridPlan {
     pub(crate) samples: u32,
 }
 
-/// Plans the grid: one texel where nothing varies, otherwise a quarter of the base's height, but no finer than what
-/// varies (`detail`: texels a side of the finest map).
-pub(crate) fn grid_plan(extent_m: f64, base_m: f64, uniform: bool, detail: u32) -> GridPlan {
+/// Plans the grid: one texel where nothing varies, otherwise so many per height of the base, over which light between
+/// the planes is smooth, but no finer than what varies (`detail`: texels a side of the finest map).
+pub(crate) fn grid_plan(extent_m: f64, base_m: f64, texels_per_height: f64, uniform: bool, detail: u32) -> GridPlan {
     if uniform {
         return GridPlan { texels: 1, samples: 1 };
     }
-    let needed = (TEXELS_PER_HEIGHT * extent_m / base_m.max(1e-3)).min(f64::from(TEXELS[1])) as u32;
+    let needed = (texels_per_height * extent_m / base_m.max(1e-3)).min(f64::from(TEXELS[1])) as u32;
     let texels = needed.min(detail).clamp(TEXELS[0], TEXELS[1]).next_power_of_two();
     GridPlan { texels, samples: detail.div_ceil(texels).clamp(1, MAX_SAMPLES) }
 }

@@ -11,7 +11,7 @@ use crate::gpu::layout::Frame;
 use crate::slab::phases::{
     AUREOLE_COLUMNS, AUREOLE_HALF_SIN_MAX, AUREOLE_LOG2_MIN, AUREOLE_ROWS, AUREOLE_ROWS_PER_OCTAVE,
 };
-use crate::slice::CLOSURE_ROWS;
+use crate::slice::{CLOSURE_ROWS, PHASE_ROWS};
 use glam::DVec3;
 use std::f64::consts::PI;
 
@@ -37,8 +37,8 @@ pub fn sunlight(frame: &Frame, maps: &Maps<'_>, ray: &ViewRay) -> DVec3 {
     let half_cos = 0.5 * (ray.seen - vec3(frame.sun)).length();
     let angle = phase_coordinate(half_sin, half_cos);
     let albedo = vec3(frame.smooth_albedo);
-    let once = albedo * rgb(maps.phase.sample_clamped([angle, 0.25]));
-    let twice = albedo * albedo * rgb(maps.phase.sample_clamped([angle, 0.75]));
+    let once = albedo * rgb(maps.phase.sample_clamped([angle, 0.5 / PHASE_ROWS as f64]));
+    let twice = albedo * albedo * rgb(maps.phase.sample_clamped([angle, 1.5 / PHASE_ROWS as f64]));
 
     let coordinate = slab_depth_coordinate(ray.depth);
     let first_row = if ray.from_above { 0 } else { 3 };

@@ -7,6 +7,7 @@ use crate::gpu::HostMap;
 use crate::gpu::layout::{Frame, MIN_COSINE};
 use crate::image::{Image, ImageEncoding};
 use crate::light::{GridPlan, grid_plan};
+use crate::plan::Plan;
 use crate::request::{Component, Request, Side, TextureKind};
 use crate::scene::quantity::Quantity as _;
 use crate::scene::{GroundAlbedo, Scene, Thickness};
@@ -19,6 +20,7 @@ const MAX_STEPS: u32 = 1024;
 /// A scene at a moment.
 pub(super) struct Moment {
     pub(super) frame: Frame,
+    pub(super) plan: Plan,
     pub(super) grid: GridPlan,
     pub(super) extinction_per_m: [f64; 3],
     /// Height of the highest top, metres.
@@ -45,6 +47,7 @@ impl Moment {
     /// `job` has a layer and its tables.
     pub(super) fn new(job: &Job, field: &Field) -> Self {
         let (scene, tables) = (&job.scene, &job.tables[0]);
+        let plan = Plan::new(&job.request);
         let layer = &scene.layers[0];
         let extinction_per_m =
             layer.droplets.extinction_per_m(tables.channels.each_ref().map(|channel| channel.cross_section_um2));
@@ -69,7 +72,7 @@ impl Moment {
             extent_m: extent_m as f32,
             base_m: base_m as f32,
             depth_m: field.depth_m,
-            texel_m: (extent_m / f64::from(map[0].max(map[1]))) as f32,
+            texel_m: (extent_m / f64::from(map[0].max(map[1]))) as f32 * plan.step_texels,
             max_steps: if field.is_uniform() { 1 } else { MAX_STEPS },
             spare: 0,
         };
@@ -79,9 +82,14 @@ impl Moment {
                 (true, job.images.get(&image.0).map_or(1, |image| image.width.max(image.height)))
             }
         };
-        let grid =
-            grid_plan(extent_m, base_m, field.is_uniform() && !albedo_is_map, albedo_detail.max(map[0]).max(map[1]));
-        Self { frame, grid, extinction_per_m, top_m: base_m + f64::from(field.depth_m), base_m }
+        let grid = grid_plan(
+            extent_m,
+            base_m,
+            plan.texels_per_height,
+            field.is_uniform() && !albedo_is_map,
+            albedo_detail.max(map[0]).max(map[1]),
+        );
+        Self { frame, plan, grid, extinction_per_m, top_m: base_m + f64::from(field.depth_m), base_m }
     }
 
     /// Height of the plane that a view's texels lie in.
@@ -99,7 +107,7 @@ impl Moment {
     }
 
     /// Names the moment: a scene that nothing moves is the same at all times.
-    pub(super) fn time_key(&self, _: &Job) -> String {
+    pub(super) fn time_key(&self) -> String {
         format!("{:?}", self.frame.offset_uv)
     }
 

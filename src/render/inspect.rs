@@ -6,7 +6,7 @@ use crate::gpu::layout::{Budget, Exchange, Frame, Pattern, View};
 use crate::light::Grid;
 use crate::request::TextureKind;
 use crate::shade;
-use crate::slice::{self, HostTables};
+use crate::slice::{self, HostSlice, HostTables};
 use std::sync::Arc;
 
 /// Results of the stages, with one pass of the exchange between cloud and ground.
@@ -44,8 +44,10 @@ pub struct Stages {
     pub upwelling: HostMap,
     /// Irradiance of the ground after the pass.
     pub irradiance: HostMap,
-    /// Closure of the orders for this sun.
+    /// Closure of the orders for this sun: method "analytic".
     pub closure: HostMap,
+    /// Radiance tables cut at this sun: method "tabulated", where the request's plan uses it.
+    pub slice: Option<HostSlice>,
     /// Tables of the mix.
     pub tables: Arc<HostTables>,
     /// The view.
@@ -70,6 +72,11 @@ impl Renderer {
         let frame_uniform = self.gpu.uniform("frame", &moment.frame);
         let (tables, device_tables) = self.device_tables(&moment, job);
         let closure_target = self.closure(job, &tables, &moment);
+        let sun = self.sun(job, &tables, &moment);
+        let slice = moment.plan.detail.map(|detail| {
+            let radiance = job.tables[0].radiance(detail, &|_| ());
+            HostSlice::new(&radiance, tables.ratio, moment.frame.sun[3].into())
+        });
         let albedo = moment.albedo(job)?;
         let gpu = &self.gpu;
         let exchange = moment.grid.exchange(&moment.frame);
@@ -107,6 +114,7 @@ impl Renderer {
             upwelling: map(&grid.upwelling)?,
             irradiance: map(irradiance)?,
             closure: map(&closure_target)?,
+            slice,
             tables,
             view,
             output: Vec::new(),
@@ -118,7 +126,7 @@ impl Renderer {
             exchange: &exchange_uniform,
             field: &field,
             tables: Some(&device_tables),
-            closure: (job.request.texture == TextureKind::Cloud).then_some(&*closure_target),
+            method: (job.request.texture == TextureKind::Cloud).then_some(sun.method()),
             light: Some(&light),
         };
         stages.output = shade::band(gpu, job.request.texture, &inputs, &view, deadline)?;

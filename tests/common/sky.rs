@@ -52,7 +52,7 @@ impl Sky {
         let scene = Scene::from_json(scene.to_string().as_bytes()).expect("a valid scene");
         let query: Vec<_> = query.iter().map(|(name, value)| ((*name).to_owned(), (*value).to_owned())).collect();
         let request = Request::parse(texture, "f32", &query).expect("a valid request");
-        self.last = scene.mixes().iter().map(|mix| self.library.get(mix, &|_| ()).expect("tables")).collect();
+        self.last = scene.mixes().iter().map(|mix| self.library.get(mix, None, &|_| ()).expect("tables")).collect();
         Job { scene: Arc::new(scene), request, tables: self.last.clone(), images: self.images.clone() }
     }
 

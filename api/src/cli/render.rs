@@ -9,10 +9,11 @@ use clap::ArgMatches;
 use indicatif::{ProgressBar, ProgressStyle};
 use skyloom::image::{Image, sha256_hex};
 use skyloom::optics::Mix;
+use skyloom::plan::Plan;
 use skyloom::render::{Job, RenderError, Renderer, RendererOptions, Watch};
 use skyloom::request::{QUERY_PARAMETERS, Request, RequestError};
 use skyloom::scene::Scene;
-use skyloom::tables::{MixTables, TableLibrary};
+use skyloom::tables::{Detail, MixTables, TableLibrary};
 
 use super::{Fault, read, to_stdout};
 use crate::config::Limits;
@@ -48,7 +49,8 @@ pub(super) fn command(options: &ArgMatches) -> Result<(), Fault> {
     // Before the tables, because without a device they would be made in vain.
     let mut renderer = Renderer::new(&options).map_err(|error| Fault::Failure(error.to_string()))?;
     let library = TableLibrary::new(cache_folder().map(|folder| folder.join("tables")));
-    let tables = scene.mixes().iter().map(|mix| tables(&library, mix)).collect::<Result<_, _>>()?;
+    let tables =
+        scene.mixes().iter().map(|mix| tables(&library, mix, Plan::new(&request).detail)).collect::<Result<_, _>>()?;
     let job = Job { scene: Arc::new(scene), request, tables, images };
     let bar = LateBar::new(format!("rendering {}", output.display()));
     let watch = Watch { progress: Some(Arc::new(move |part| bar.set(part))), ..Watch::default() };
@@ -115,9 +117,9 @@ pub(super) fn read_scene(path: &Path, unknown: Unknown) -> Result<(Scene, Images
     Ok((scene, images))
 }
 
-fn tables(library: &TableLibrary, mix: &Mix) -> Result<Arc<MixTables>, Fault> {
+fn tables(library: &TableLibrary, mix: &Mix, detail: Option<Detail>) -> Result<Arc<MixTables>, Fault> {
     let bar = LateBar::new(format!("tables of {}", mix.describe()));
-    library.get(mix, &|part| bar.set(part)).map_err(|error| Fault::Failure(error.to_string()))
+    library.get(mix, detail, &|part| bar.set(part)).map_err(|error| Fault::Failure(error.to_string()))
 }
 
 /// A progress bar on stderr that appears when work takes a while, and goes with it.

@@ -1,0 +1,113 @@
+// Output: radiance that leaves the cloud towards the viewer, premultiplied, and alpha. Method "tabulated".
+//
+// Sunlight: single scattering is exact, with the whole phase function at the delta-M scaled depth; everything after it
+// is smooth and comes from a table of the exact solution, cut at this frame's sun: one 3-D fetch for three colours. What
+// the two lack near the sun is a third term (src/slab/radiance tells all of it).
+@group(0) @binding(0) var<uniform> frame: Frame;
+@group(0) @binding(1) var<uniform> view: View;
+@group(0) @binding(2) var thickness: texture_2d<f32>;
+@group(0) @binding(3) var transmittance: texture_2d<f32>;
+@group(0) @binding(4) var reflectance: texture_2d<f32>;
+@group(0) @binding(5) var phase: texture_2d<f32>;
+@group(0) @binding(6) var upwelling: texture_2d<f32>;
+@group(0) @binding(7) var repeat: sampler;
+@group(0) @binding(8) var clamped: sampler;
+@group(0) @binding(9) var<storage, read_write> output: array<f32>;
+@group(0) @binding(10) var slice: texture_3d<f32>;
+@group(0) @binding(11) var near_sun: texture_2d<f32>;
+@group(0) @binding(12) var linear: sampler;
+@group(0) @binding(13) var<uniform> remainder: Remainder;
+
+// The slice's axis of optical depth: octaves of remainder.depths_per_octave nodes up to SPARSE, then of one.
+const SLICE_LOG2_DEPTH_MIN: f32 = -5.0;
+const SLICE_LOG2_DEPTH_SPARSE: f32 = 7.0;
+// Its axis of view zenith ends here, radians (89.9 degrees), and is denser towards the horizon.
+const SLICE_ZENITH_MAX: f32 = 1.5690509975429023;
+const SLICE_COSINE_MIN: f32 = 0.0017453283658983088;
+const SLICE_DENSER: f32 = 0.12;
+// The table of the correction near the sun: log2 of the optical path from -6, 4 rows an octave; sin of half the angle up
+// to 30 degrees.
+const NEAR_SUN_ROWS: f32 = 53.0;
+const NEAR_SUN_COLUMNS: f32 = 256.0;
+const NEAR_SUN_LOG2_MIN: f32 = -6.0;
+const NEAR_SUN_ROWS_PER_OCTAVE: f32 = 4.0;
+const NEAR_SUN_HALF_SIN_MAX: f32 = 0.25881905;
+
+@compute @workgroup_size(16, 16)
+fn main(@builtin(global_invocation_id) id: vec3<u32>) {
+    if id.x >= view.size || id.y >= view.rows {
+        return;
+    }
+    cloud_texel(id.xy);
+}
+
+// Texture coordinate of node k of n.
+fn node_coordinate(node: f32, nodes: f32) -> f32 {
+    return (node + 0.5) / nodes;
+}
+
+// Square root of the scaled remainder, three colours.
+fn slice_root(ray: ViewRay) -> vec3<f32> {
+    let octave = log2(max(ray.depth, 1e-30));
+    let dense = (min(octave, SLICE_LOG2_DEPTH_SPARSE) - SLICE_LOG2_DEPTH_MIN) * remainder.depths_per_octave;
+    let depth_node = clamp(dense + max(octave - SLICE_LOG2_DEPTH_SPARSE, 0.0), 0.0, remainder.depths - 1.0);
+    // Arcs of tangents: drivers compute those of sines and cosines badly.
+    let t = min(atan2(length(ray.seen.xy), ray.cosine) / SLICE_ZENITH_MAX, 1.0);
+    let t4 = t * t * t * t;
+    let zenith_node = ((1.0 - SLICE_DENSER) * t + SLICE_DENSER * t4 * t4 * t4) * (remainder.zeniths - 1.0);
+    // Azimuth of the light's travel against that of the sunlight.
+    let along = -dot(frame.sun.xy, ray.seen.xy);
+    let across = frame.sun.x * ray.seen.y - frame.sun.y * ray.seen.x;
+    let straight = max(abs(along), abs(across)) < 1e-9;
+    let azimuth = select(abs(atan2(across, along)), 0.0, straight);
+    let azimuth_node = azimuth / PI * (remainder.azimuths - 1.0);
+    let place = vec3<f32>(node_coordinate(depth_node, remainder.depths),
+        node_coordinate(zenith_node, remainder.zeniths), node_coordinate(azimuth_node, remainder.azimuths));
+    return textureSampleLevel(slice, linear, place, 0.0).rgb;
+}
+
+// Scattered sunlight, per irradiance facing the sun.
+fn sunlight(ray: ViewRay, through: vec3<f32>) -> vec3<f32> {
+    // Photons travel along -sun and leave along seen: the angle between the two is that of scattering.
+    let half_sin = min(0.5 * length(ray.seen + frame.sun.xyz), 1.0);
+    let half_cos = min(0.5 * length(ray.seen - frame.sun.xyz), 1.0);
+    let row = vec2<f32>(phase_coordinate(half_sin, half_cos), 2.5 / PHASE_ROWS);
+    let once = remainder.order1_albedo.rgb * sample_clamped(phase, clamped, row).rgb;
+    let root = slice_root(ray);
+
+    let view_cosine = max(ray.cosine, SLICE_COSINE_MIN);
+    let sun_cosine = max(frame.sun.w, SLICE_COSINE_MIN);
+    let grazing = 1.0 / view_cosine + 1.0 / sun_cosine;
+    var light: vec3<f32>;
+    for (var i = 0; i < 3; i++) {
+        let depth = frame.extinction[i] * ray.path_m * ray.cosine;
+        let scaled = remainder.depth_scale[i] * depth;
+        let x = scaled * grazing;
+        let rise = x * slab_phi2(x) / (view_cosine + sun_cosine);
+        let rest = frame.sun.w / PI * rise * root[i] * root[i];
+        let path_v = remainder.depth_scale[i] * frame.extinction[i] * ray.path_m;
+        let path_l = scaled / frame.sun.w;
+        if ray.from_above {
+            light[i] = rest + once[i] * slab_order1_reflected(path_l, path_v);
+        } else {
+            // Light through a thick slab dies away as c k / sinh(k (depth + c)).
+            let extended = scaled + remainder.extrapolation[i];
+            let u = remainder.decay[i] * extended;
+            let fall = remainder.extrapolation[i] / extended * exp(-u) / slab_phi1(2.0 * u);
+            let single = once[i] + near_sun_light(half_sin, 0.5 * depth * (1.0 / ray.cosine + 1.0 / frame.sun.w), i);
+            light[i] = max(rest * fall + slab_order1_transmitted(path_l, path_v) * single, 0.0);
+        }
+    }
+    return light;
+}
+
+// What is added to single scattering near the sun, for an optical path.
+fn near_sun_light(half_sin: f32, path: f32, channel: i32) -> f32 {
+    if half_sin >= NEAR_SUN_HALF_SIN_MAX {
+        return 0.0;
+    }
+    let column = sqrt(half_sin / NEAR_SUN_HALF_SIN_MAX) * (NEAR_SUN_COLUMNS - 1.0);
+    let row = (log2(max(path, 1e-9)) - NEAR_SUN_LOG2_MIN) * NEAR_SUN_ROWS_PER_OCTAVE;
+    let place = vec2<f32>(node_coordinate(column, NEAR_SUN_COLUMNS), node_coordinate(row, NEAR_SUN_ROWS));
+    return path / (1.0 + path) * sample_clamped(near_sun, clamped, place)[channel];
+}

@@ -1,0 +1,142 @@
+//! How much to do about a request: method, table size, march and exchange, from the tolerance and the scene.
+//!
+//! Every choice names the error that is expected of it: relative, root mean square, as measured by `skyloom chart`
+//! (docs/charts/slab.csv) and the tests. A texture is computed with the cheapest choices whose errors stay below the
+//! tolerance.
+
+use crate::request::{Method, Request, TextureKind};
+use crate::scene::quantity::Quantity as _;
+use crate::scene::{GroundAlbedo, Scene, Thickness};
+use crate::tables::Detail;
+
+/// Relative errors of radiance, root mean square over both sides, of the slab methods: docs/charts/slab.csv.
+pub const ERROR_OF_DETAIL: [(Detail, f64); 3] =
+    [(Detail::Coarse, 0.03), (Detail::Fine, 0.006), (Detail::Finest, 0.002)];
+/// The same of the method "analytic".
+pub const ERROR_OF_ANALYTIC: f64 = 0.5;
+/// Tolerances from which a march may take two steps where it would take four, and so on: thickness fields are rough, so
+/// an error of the order of the tolerance is let through only where it is large.
+const LONG_STEPS: [(f64, f32); 2] = [(0.25, 4.0), (0.08, 2.0)];
+/// Part of the tolerance that the exchange between cloud and ground may leave.
+const EXCHANGE_SHARE: f64 = 0.05;
+/// Tolerance from which the exchange grid may be half as fine.
+const COARSE_GRID: f64 = 0.1;
+
+/// What a request will use.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Plan {
+    /// How slab light is computed.
+    pub method: Method,
+    /// Size of the radiance tables, if any are used.
+    pub detail: Option<Detail>,
+    /// Length of a march's step, in texels of the thickness map.
+    pub step_texels: f32,
+    /// Grid texels per height of the cloud base.
+    pub texels_per_height: f64,
+    /// Relative change at which the exchange between cloud and ground is taken as settled.
+    pub exchange_change: f64,
+}
+
+/// One stage of a plan, in words.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Choice {
+    /// The stage.
+    pub stage: &'static str,
+    /// What it will do.
+    pub choice: String,
+    /// Why.
+    pub reason: String,
+    /// Relative error expected of it, root mean square; 0 where it is exact.
+    pub error: f64,
+}
+
+impl Plan {
+    /// Plans a request. The tolerance alone decides, so that equal requests are equal on every machine.
+    pub fn new(request: &Request) -> Self {
+        let tolerance = request.tolerance;
+        let method =
+            request.method.unwrap_or(if tolerance >= ERROR_OF_ANALYTIC { Method::Analytic } else { Method::Tabulated });
+        let fits = |(_, error): &&(Detail, f64)| *error <= tolerance;
+        let detail = ERROR_OF_DETAIL.iter().find(fits).map_or(Detail::Finest, |(detail, _)| *detail);
+        let uses_tables = request.texture == TextureKind::Cloud && method == Method::Tabulated;
+        Self {
+            method,
+            detail: uses_tables.then_some(detail),
+            step_texels: LONG_STEPS.iter().find(|(least, _)| tolerance >= *least).map_or(1.0, |(_, step)| *step),
+            texels_per_height: if tolerance >= COARSE_GRID { 2.0 } else { 4.0 },
+            exchange_change: EXCHANGE_SHARE * tolerance,
+        }
+    }
+
+    /// What of the plan touches the light between cloud and ground.
+    pub(crate) fn light_key(&self) -> [f64; 3] {
+        [self.step_texels.into(), self.texels_per_height, self.exchange_change]
+    }
+
+    /// The plan in words, stage by stage, for a scene.
+    pub fn explain(&self, scene: &Scene, request: &Request) -> Vec<Choice> {
+        let mut choices = Vec::new();
+        let mut add =
+            |stage, choice: String, reason: String, error| choices.push(Choice { stage, choice, reason, error });
+        let Some(layer) = scene.layers.first() else {
+            add("shade", "constant".to_owned(), "without clouds every texel is the same".to_owned(), 0.0);
+            return choices;
+        };
+        let uniform = matches!(layer.thickness, Thickness::Uniform(_));
+        add(
+            "field",
+            if uniform { "one texel" } else { "periodic map, moved by the mean wind" }.to_owned(),
+            if uniform { "the thickness is the same everywhere" } else { "made once, for all times" }.to_owned(),
+            0.0,
+        );
+        let march = if uniform { "closed form".to_owned() } else { format!("steps of {} texels", self.step_texels) };
+        add(
+            "march",
+            march,
+            "optical depth along sun and view rays".to_owned(),
+            match self.step_texels as u32 {
+                _ if uniform => 0.0,
+                1 => 0.01,
+                2 => 0.03,
+                _ => 0.08,
+            },
+        );
+        if matches!(request.texture, TextureKind::Cloud | TextureKind::Irradiance) {
+            let dark =
+                matches!(&scene.ground.albedo, GroundAlbedo::Uniform(albedo) if albedo.iter().all(|a| a.get() == 0.0));
+            let even = uniform && matches!(scene.ground.albedo, GroundAlbedo::Uniform(_));
+            let (choice, reason, error) = match (dark, even) {
+                (true, _) => ("no exchange".to_owned(), "the ground reflects nothing", 0.0),
+                (_, true) => ("one texel".to_owned(), "cloud and ground are the same everywhere", 0.0),
+                _ => (
+                    format!(
+                        "rings on mip levels, {} texels per base height, to {:.1e}",
+                        self.texels_per_height, self.exchange_change
+                    ),
+                    "light between cloud and ground",
+                    0.02,
+                ),
+            };
+            add("light", choice, reason.to_owned(), error);
+        }
+        if request.texture == TextureKind::Cloud {
+            let (choice, error) = match (self.method, self.detail) {
+                (Method::Analytic, _) => ("analytic".to_owned(), ERROR_OF_ANALYTIC),
+                (Method::Reference, _) => ("reference (Monte Carlo)".to_owned(), 0.5 * request.tolerance),
+                (Method::Tabulated, detail) => {
+                    let detail = detail.unwrap_or(Detail::Fine);
+                    let size = detail.size();
+                    let nodes = format!("{} x {} x {}", size.depths(), size.zeniths, size.azimuths);
+                    let error = ERROR_OF_DETAIL.iter().find(|(d, _)| *d == detail).map_or(0.0, |(_, error)| *error);
+                    (format!("tabulated, {} ({nodes})", detail.name()), error)
+                }
+            };
+            let reason = match request.method {
+                Some(_) => "asked for".to_owned(),
+                None => format!("the cheapest within the tolerance of {}", request.tolerance),
+            };
+            add("shade", choice, reason, error);
+        }
+        choices
+    }
+}
