@@ -58,7 +58,9 @@ const CASES: &[Case] = &[
     shade("thickness", "thickness", &[]),
     shade("shadow", "shadow", &[]),
     shade("irradiance", "irradiance", &[]),
-    shade("cloud below", "cloud", &[]),
+    shade("cloud, tabulated", "cloud", &[("method", "tabulated")]),
+    shade("cloud, analytic", "cloud", &[("method", "analytic")]),
+    shade("cloud, coarse tables", "cloud", &[("tolerance", "0.3")]),
     shade("cloud above, slanted", "cloud", &[("view", "above"), ("direction", "60,30")]),
     shade("cloud in perspective", "cloud", &[("eye", "0,0,2")]),
 ];

@@ -56,14 +56,12 @@ fn sunlight(ray: ViewRay, through: vec3<f32>) -> vec3<f32> {
     let path_l = path_v * (ray.cosine / frame.sun.w);
     var order1: vec3<f32>;
     var order2: vec3<f32>;
-    for (var i = 0; i < 3; i++) {
-        if ray.from_above {
-            order1[i] = slab_order1_reflected(path_l[i], path_v[i]);
-            order2[i] = slab_order2_reflected(path_l[i], path_v[i]);
-        } else {
-            order1[i] = slab_order1_transmitted(path_l[i], path_v[i]);
-            order2[i] = slab_order2_transmitted(path_l[i], path_v[i]);
-        }
+    if ray.from_above {
+        order1 = slab_order1_reflected(path_l, path_v);
+        order2 = slab_order2_reflected(path_l, path_v);
+    } else {
+        order1 = slab_order1_transmitted(path_l, path_v);
+        order2 = slab_order2_transmitted(path_l, path_v);
     }
     var light = factor1 * once * order1 + factor2 * twice * order2 + higher * (frame.sun.w / PI);
     if !ray.from_above && half_sin < AUREOLE_HALF_SIN_MAX {

@@ -78,36 +78,35 @@ fn sunlight(ray: ViewRay, through: vec3<f32>) -> vec3<f32> {
     let view_cosine = max(ray.cosine, SLICE_COSINE_MIN);
     let sun_cosine = max(frame.sun.w, SLICE_COSINE_MIN);
     let grazing = 1.0 / view_cosine + 1.0 / sun_cosine;
-    var light: vec3<f32>;
-    for (var i = 0; i < 3; i++) {
-        let depth = frame.extinction[i] * ray.path_m * ray.cosine;
-        let scaled = remainder.depth_scale[i] * depth;
-        let x = scaled * grazing;
-        let rise = x * slab_phi2(x) / (view_cosine + sun_cosine);
-        let rest = frame.sun.w / PI * rise * root[i] * root[i];
-        let path_v = remainder.depth_scale[i] * frame.extinction[i] * ray.path_m;
-        let path_l = scaled / frame.sun.w;
-        if ray.from_above {
-            light[i] = rest + once[i] * slab_order1_reflected(path_l, path_v);
-        } else {
-            // Light through a thick slab dies away as c k / sinh(k (depth + c)).
-            let extended = scaled + remainder.extrapolation[i];
-            let u = remainder.decay[i] * extended;
-            let fall = remainder.extrapolation[i] / extended * exp(-u) / slab_phi1(2.0 * u);
-            let single = once[i] + near_sun_light(half_sin, 0.5 * depth * (1.0 / ray.cosine + 1.0 / frame.sun.w), i);
-            light[i] = max(rest * fall + slab_order1_transmitted(path_l, path_v) * single, 0.0);
-        }
+    let depth = frame.extinction.rgb * (ray.path_m * ray.cosine);
+    let scaled = remainder.depth_scale.rgb * depth;
+    let x = scaled * grazing;
+    let rise = x * slab_phi2(x) / (view_cosine + sun_cosine);
+    let rest = frame.sun.w / PI * rise * root * root;
+    let path_v = remainder.depth_scale.rgb * frame.extinction.rgb * ray.path_m;
+    let path_l = scaled / frame.sun.w;
+    if ray.from_above {
+        return rest + once * slab_order1_reflected(path_l, path_v);
     }
-    return light;
+    // Light through a thick slab dies away as c k / sinh(k (depth + c)).
+    let extended = scaled + remainder.extrapolation.rgb;
+    let u = remainder.decay.rgb * extended;
+    let fall = remainder.extrapolation.rgb / extended * exp(-u) / slab_phi1(2.0 * u);
+    var single = once;
+    if half_sin < NEAR_SUN_HALF_SIN_MAX {
+        single += near_sun_light(half_sin, 0.5 * depth * (1.0 / ray.cosine + 1.0 / frame.sun.w));
+    }
+    return max(rest * fall + slab_order1_transmitted(path_l, path_v) * single, vec3<f32>(0.0));
 }
 
-// What is added to single scattering near the sun, for an optical path.
-fn near_sun_light(half_sin: f32, path: f32, channel: i32) -> f32 {
-    if half_sin >= NEAR_SUN_HALF_SIN_MAX {
-        return 0.0;
-    }
+// What is added to single scattering near the sun, for an optical path of each colour.
+fn near_sun_light(half_sin: f32, path: vec3<f32>) -> vec3<f32> {
     let column = sqrt(half_sin / NEAR_SUN_HALF_SIN_MAX) * (NEAR_SUN_COLUMNS - 1.0);
-    let row = (log2(max(path, 1e-9)) - NEAR_SUN_LOG2_MIN) * NEAR_SUN_ROWS_PER_OCTAVE;
-    let place = vec2<f32>(node_coordinate(column, NEAR_SUN_COLUMNS), node_coordinate(row, NEAR_SUN_ROWS));
-    return path / (1.0 + path) * sample_clamped(near_sun, clamped, place)[channel];
+    let u = node_coordinate(column, NEAR_SUN_COLUMNS);
+    let row = (log2(max(path, vec3<f32>(1e-9))) - NEAR_SUN_LOG2_MIN) * NEAR_SUN_ROWS_PER_OCTAVE;
+    let table = vec3<f32>(
+        sample_clamped(near_sun, clamped, vec2<f32>(u, node_coordinate(row.r, NEAR_SUN_ROWS))).r,
+        sample_clamped(near_sun, clamped, vec2<f32>(u, node_coordinate(row.g, NEAR_SUN_ROWS))).g,
+        sample_clamped(near_sun, clamped, vec2<f32>(u, node_coordinate(row.b, NEAR_SUN_ROWS))).b);
+    return path / (1.0 + path) * table;
 }

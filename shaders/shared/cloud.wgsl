@@ -33,7 +33,10 @@ fn view_ray(pixel: vec2<u32>) -> ViewRay {
 
 fn cloud_texel(pixel: vec2<u32>) {
     let ray = view_ray(pixel);
-    let clear = exp(-frame.extinction.w * ray.path_m);
+    let path = frame.extinction.w * ray.path_m;
+    let clear = exp(-path);
+    // With all digits where the cloud is thin: colour may be divided by it.
+    let alpha = select(1.0 - clear, path * slab_phi1(vec3<f32>(path)).x, path < 0.3);
     let reflected = slab_reflectance(reflectance, clamped, ray.depth, ray.cosine);
     let through = slab_transmittance(transmittance, clamped, ray.depth, ray.cosine);
     let transmitted = max(through - clear, vec3<f32>(0.0));
@@ -47,5 +50,5 @@ fn cloud_texel(pixel: vec2<u32>) {
     output[at] = light.r;
     output[at + 1u] = light.g;
     output[at + 2u] = light.b;
-    output[at + 3u] = 1.0 - clear;
+    output[at + 3u] = alpha;
 }

@@ -52,38 +52,36 @@ fn slab_not_reflected_diffuse(map: texture_2d<f32>, clamped: sampler, depth: f32
     return mix(vec3<f32>(1.0), value, slab_thin_share(depth));
 }
 
-// (1 - exp(-x)) / x, safe at 0.
-fn slab_phi1(x: f32) -> f32 {
-    if x < 0.3 {
-        return 1.0 - x * (0.5 - x * (1.0 / 6.0 - x * (1.0 / 24.0 - x * (1.0 / 120.0 - x * (1.0 / 720.0 - x / 5040.0)))));
-    }
-    return (1.0 - exp(-x)) / x;
+// (1 - exp(-x)) / x, safe at 0. Three colours at once, as everything that follows.
+fn slab_phi1(x: vec3<f32>) -> vec3<f32> {
+    let series = 1.0
+        - x * (0.5 - x * (1.0 / 6.0 - x * (1.0 / 24.0 - x * (1.0 / 120.0 - x * (1.0 / 720.0 - x / 5040.0)))));
+    return select((1.0 - exp(-x)) / x, series, x < vec3<f32>(0.3));
 }
 
 // (1 - (1 + x) exp(-x)) / x, safe at 0. The closed form loses digits as x^2, so the series goes far.
-fn slab_phi2(x: f32) -> f32 {
-    if x < 0.3 {
-        return x * (0.5 - x * (1.0 / 3.0 - x * (0.125 - x * (1.0 / 30.0 - x * (1.0 / 144.0 - x / 840.0)))));
-    }
-    return (1.0 - (1.0 + x) * exp(-x)) / x;
+fn slab_phi2(x: vec3<f32>) -> vec3<f32> {
+    let series = x
+        * (0.5 - x * (1.0 / 3.0 - x * (0.125 - x * (1.0 / 30.0 - x * (1.0 / 144.0 - x / 840.0)))));
+    return select((1.0 - (1.0 + x) * exp(-x)) / x, series, x < vec3<f32>(0.3));
 }
 
 // First order, reflected: radiance per irradiance facing the sun, but for the phase function over 4 pi.
 // path_l, path_v: optical depth along the sun's and the view ray.
-fn slab_order1_reflected(path_l: f32, path_v: f32) -> f32 {
+fn slab_order1_reflected(path_l: vec3<f32>, path_v: vec3<f32>) -> vec3<f32> {
     return path_v * slab_phi1(path_l + path_v);
 }
 
-fn slab_order1_transmitted(path_l: f32, path_v: f32) -> f32 {
+fn slab_order1_transmitted(path_l: vec3<f32>, path_v: vec3<f32>) -> vec3<f32> {
     return path_v * exp(-min(path_l, path_v)) * slab_phi1(abs(path_l - path_v));
 }
 
 // Second order: the same, but for the phase function convolved with itself.
-fn slab_order2_reflected(path_l: f32, path_v: f32) -> f32 {
+fn slab_order2_reflected(path_l: vec3<f32>, path_v: vec3<f32>) -> vec3<f32> {
     return 0.5 * path_v * slab_phi2(path_l + path_v);
 }
 
-fn slab_order2_transmitted(path_l: f32, path_v: f32) -> f32 {
+fn slab_order2_transmitted(path_l: vec3<f32>, path_v: vec3<f32>) -> vec3<f32> {
     let shorter = min(path_l, path_v);
     let apart = abs(path_l - path_v);
     return 0.5 * path_v * exp(-shorter) * (shorter * slab_phi1(apart) + slab_phi2(apart));

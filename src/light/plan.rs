@@ -39,7 +39,7 @@ fn shift_uv(sun: [f64; 3], base_m: f64, extent_m: f64) -> [f32; 2] {
 
 impl GridPlan {
     /// The rings lie at radii in proportion to the height: ring k stands for a square of side 2^k heights, its four taps
-    /// a quarter of that from the middle.
+    /// a quarter of that from the middle, each on the mip level whose texels are half as wide.
     pub(crate) fn exchange(&self, frame: &Frame) -> Exchange {
         let height_texels = f64::from(frame.base_m) * f64::from(self.texels) / f64::from(frame.extent_m);
         let side = |ring: usize| (1u32 << ring) as f32;
@@ -50,7 +50,7 @@ impl GridPlan {
             texels: self.texels,
             samples: self.samples,
             weights: RING_WEIGHTS,
-            levels: ring(&|k| (height_texels as f32 * side(k)).max(1.0).log2()),
+            levels: ring(&|k| (0.5 * height_texels as f32 * side(k)).max(1.0).log2()),
             offsets_uv: ring(&|k| 0.25 * side(k) * frame.base_m / frame.extent_m),
         }
     }
