@@ -360,7 +360,7 @@ impl Request {
     fn without_idle_fields(self) -> Self {
         let idle = Self::new(self.texture, self.format);
         let (cloud, irradiance) = (self.texture == TextureKind::Cloud, self.texture == TextureKind::Irradiance);
-        let light = cloud || irradiance;
+        let marched = self.texture != TextureKind::Thickness;
         let beam = self.texture == TextureKind::Shadow || irradiance;
         let picture = self.format == Format::Png;
         Self {
@@ -370,7 +370,7 @@ impl Request {
             straight_alpha: cloud && self.straight_alpha,
             component: if irradiance { self.component } else { idle.component },
             peak: !beam || self.peak,
-            tolerance: if light { self.tolerance } else { idle.tolerance },
+            tolerance: if marched { self.tolerance } else { idle.tolerance },
             exposure_stops: if picture { self.exposure_stops } else { idle.exposure_stops },
             tonemap: if picture { self.tonemap } else { idle.tonemap },
             encoding: if picture { self.encoding } else { idle.encoding },

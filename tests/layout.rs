@@ -53,7 +53,7 @@ fn host_layouts() -> Vec<(&'static str, Layout)> {
             extent_m,
             base_m,
             depth_m,
-            texel_m,
+            step_texels,
             max_steps,
             spare,
         }),

@@ -76,6 +76,7 @@ fn run(arguments: impl IntoIterator<Item = OsString>) -> Result<(), Fault> {
             log("warn");
             match name {
                 "render" => render::command(options),
+                "plan" => render::plan(options),
                 "check" => check(options),
                 _ => list_adapters(),
             }
@@ -119,6 +120,7 @@ fn command() -> Command {
                 ),
         )
         .subcommand(render_command(scene()))
+        .subcommand(plan_command(scene()))
         .subcommand(
             Command::new("check")
                 .about("Checks a scene; prints it with every default spelled out")
@@ -161,6 +163,20 @@ fn render_command(scene: Arg) -> Command {
              skyloom render scene.json shadow.f32 -o - | my-engine\n\n\
              Images in the scene may be named by path, relative to the scene file.",
         );
+    with_query(command)
+}
+
+/// `plan` has the options of `render`, as far as they name a request.
+fn plan_command(scene: Arg) -> Command {
+    let command = Command::new("plan")
+        .about("Says which methods, sizes and passes a texture would be made with, and the error expected of each")
+        .arg(scene)
+        .arg(Arg::new("TEXTURE.FORMAT").help("The texture, as for render [default: cloud.exr]"))
+        .after_help("Example:\n  skyloom plan scene.json cloud.exr --tolerance 0.3");
+    with_query(command)
+}
+
+fn with_query(command: Command) -> Command {
     QUERY_PARAMETERS.iter().fold(command, |command, parameter| {
         let mut help = parameter.meaning.to_owned();
         if !parameter.default.is_empty() {

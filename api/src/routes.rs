@@ -30,6 +30,7 @@ pub fn router(app: Arc<App>) -> Router {
     Router::new()
         .route("/v1/skies", post(register_sky))
         .route("/v1/skies/{id}", get(show_sky).delete(remove_sky))
+        .route("/v1/skies/{id}/plan", get(textures::plan))
         .route("/v1/skies/{id}/{file}", get(textures::get))
         .route("/v1/images", post(store_image))
         .route("/v1/presets", get(list_presets))
@@ -118,6 +119,7 @@ fn describe(id: &str, scene: &Scene) -> Value {
             "shadow": format!("{own}/shadow.exr"),
             "irradiance": format!("{own}/irradiance.exr"),
             "thickness": format!("{own}/thickness.exr"),
+            "plan": format!("{own}/plan"),
         },
         "notes": field_problems(scene.notes()),
         "scene": scene.to_json(),

@@ -9,12 +9,14 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
+use axum::Json;
 use axum::body::Body;
 use axum::extract::{Path, Query, State};
 use axum::http::{HeaderMap, HeaderName, HeaderValue, StatusCode, header};
 use axum::response::{IntoResponse, Response};
+use serde_json::json;
 use sha2::{Digest as _, Sha256};
-use skyloom::plan::Plan;
+use skyloom::plan::{Choice, Plan, expected_error};
 use skyloom::render::Job;
 use skyloom::request::{Method, Request};
 use skyloom::scene::Scene;
@@ -68,6 +70,29 @@ pub async fn get(
     }
     let reply = shared_run(&app, &scene, &request, &tag).await?;
     respond(&reply, &tag, server_timing(&reply.timings))
+}
+
+/// Answers what a request for a texture would do: the query is that of the texture, and `texture` names it (`cloud` if
+/// nothing is said).
+pub async fn plan(
+    State(app): State<Arc<App>>,
+    Path(id): Path<String>,
+    Query(mut query): Query<Vec<(String, String)>>,
+) -> Result<Response, ApiError> {
+    let scene = app.sky(&id).await?;
+    let named = query.iter().position(|(name, _)| name == "texture");
+    let texture = named.map_or_else(|| "cloud".to_owned(), |at| query.remove(at).1);
+    let request = Request::parse(&texture, "exr", &query)?;
+    request.check(&scene).map_err(|errors| ApiError::InvalidQuery(field_problems(errors)))?;
+    let choices = Plan::new(&request).explain(&scene, &request);
+    let stage = |choice: &Choice| json!({ "stage": choice.stage, "choice": choice.choice, "reason": choice.reason, "error": choice.error });
+    let answer = json!({
+        "texture": texture,
+        "tolerance": request.tolerance,
+        "expected_error": expected_error(&choices),
+        "stages": choices.iter().map(stage).collect::<Vec<_>>(),
+    });
+    Ok(([(header::CACHE_CONTROL, "no-cache")], Json(answer)).into_response())
 }
 
 /// The operator's limit on the side, which may be tighter than the renderer's.

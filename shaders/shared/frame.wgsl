@@ -13,8 +13,8 @@ struct Frame {
     extent_m: f32,
     base_m: f32,
     depth_m: f32,             // no cloud is thicker
-    texel_m: f32,             // of the thickness map
-    max_steps: u32,           // of a march through the layer
+    step_texels: f32,         // of a march through the layer: lines between texels from one cut to the next
+    max_steps: u32,           // of a march
     spare: u32,
 }
 

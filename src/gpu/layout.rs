@@ -32,9 +32,9 @@ pub struct Frame {
     pub base_m: f32,
     /// No cloud is thicker.
     pub depth_m: f32,
-    /// Of the thickness map.
-    pub texel_m: f32,
-    /// Of a march through the layer.
+    /// Of a march through the layer: lines between texels from one cut to the next.
+    pub step_texels: f32,
+    /// Of a march.
     pub max_steps: u32,
     /// Unused.
     pub spare: u32,

@@ -72,7 +72,7 @@ impl Moment {
             extent_m: extent_m as f32,
             base_m: base_m as f32,
             depth_m: field.depth_m,
-            texel_m: (extent_m / f64::from(map[0].max(map[1]))) as f32 * plan.step_texels,
+            step_texels: plan.step_texels,
             max_steps: if field.is_uniform() { 1 } else { MAX_STEPS },
             spare: 0,
         };

@@ -9,7 +9,7 @@ use clap::ArgMatches;
 use indicatif::{ProgressBar, ProgressStyle};
 use skyloom::image::{Image, sha256_hex};
 use skyloom::optics::Mix;
-use skyloom::plan::Plan;
+use skyloom::plan::{Choice, Plan, expected_error};
 use skyloom::render::{Job, RenderError, Renderer, RendererOptions, Watch};
 use skyloom::request::{QUERY_PARAMETERS, Request, RequestError};
 use skyloom::scene::Scene;
@@ -66,6 +66,21 @@ pub(super) fn command(options: &ArgMatches) -> Result<(), Fault> {
     }
     files::write_atomically(&output, &bytes)
         .map_err(|error| Fault::Failure(format!("writing {}: {error}", output.display())))
+}
+
+/// Says what `render` would do.
+pub(super) fn plan(options: &ArgMatches) -> Result<(), Fault> {
+    let name = options.get_one::<String>("TEXTURE.FORMAT").map_or("cloud.exr", String::as_str);
+    let request = request(name, options)?;
+    let (scene, _images) = read_scene(scene_path(options)?, Unknown::Kept)?;
+    request.check(&scene).map_err(|errors| Fault::fields(&errors))?;
+    let choices = Plan::new(&request).explain(&scene, &request);
+    let mut text = format!("{:<8}{:<8}{:<64}{}\n", "stage", "error", "choice", "reason");
+    for Choice { stage, choice, reason, error } in &choices {
+        text.push_str(&format!("{stage:<8}{error:<8}{choice:<64}{reason}\n"));
+    }
+    text.push_str(&format!("expected error {:.3}, tolerance {}\n", expected_error(&choices), request.tolerance));
+    to_stdout(text.as_bytes())
 }
 
 fn request(name: &str, options: &ArgMatches) -> Result<Request, Fault> {
