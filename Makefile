@@ -2,6 +2,8 @@
 CARGO ?= cargo
 # The Mesa layer that picks a default device asks for a desktop and complains on a server; skyloom picks its own.
 export NODEVICE_SELECT = 1
+# Property tests draw the same cases every time; set another seed to search further.
+export PROPTEST_RNG_SEED ?= 20060101
 LISTEN ?= 127.0.0.1:8080
 # One profile for running, testing and measuring: dependencies are compiled once.
 FLAGS := --release --locked

@@ -156,3 +156,33 @@ fn adapters_marks_the_one_in_use() {
     assert_eq!(code(&output).0, 0, "{}", code(&output).1);
     assert_eq!(String::from_utf8(output.stdout).unwrap().lines().filter(|line| line.starts_with('*')).count(), 1);
 }
+
+#[test]
+fn plan_explains_each_stage() {
+    let folder = folder_with(&scene());
+    let output = skyloom(folder.path(), &["plan", "scene.json", "cloud.exr", "--tolerance", "0.3"]);
+    assert_eq!(code(&output).0, 0, "{}", code(&output).1);
+    let text = String::from_utf8(output.stdout).unwrap();
+    for word in ["field", "march", "light", "shade", "coarse", "expected error"] {
+        assert!(text.contains(word), "{word} in\n{text}");
+    }
+}
+
+#[test]
+fn reference_renders_close_to_the_tables() {
+    // An even cloud seen from far away is one problem of light transport for all texels.
+    let folder = folder_with(&scene());
+    let floats = |method: &str| -> Vec<f32> {
+        let output = skyloom(
+            folder.path(),
+            &["render", "scene.json", "cloud.f32", "--size", "2", "--method", method, "-o", "-"],
+        );
+        assert_eq!(code(&output).0, 0, "{}", code(&output).1);
+        output.stdout.as_chunks::<4>().0.iter().map(|bytes| f32::from_le_bytes(*bytes)).collect()
+    };
+    let (traced, tabulated) = (floats("reference"), floats("tabulated"));
+    for (a, b) in traced.iter().zip(&tabulated) {
+        // The default tolerance asks for a standard error of 1 %; four of them.
+        assert!((a / b - 1.0).abs() < 0.04, "{a} traced, {b} from tables");
+    }
+}

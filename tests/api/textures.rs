@@ -1,6 +1,6 @@
 //! Textures over HTTP: bytes, headers, caching.
 
-use serde_json::json;
+use serde_json::{Value, json};
 
 use crate::harness::{Server, common, eventually, scene};
 
@@ -109,4 +109,29 @@ fn readiness_names_the_adapter() {
     let ready =
         eventually("readiness", || Some(common.server.get("/health/ready")).filter(|answer| answer.status == 200));
     assert!(!ready.json()["adapter"]["name"].as_str().unwrap().is_empty());
+}
+
+#[test]
+fn the_plan_tells_what_a_tolerance_costs() {
+    let common = common();
+    let sky = common.server.sky(&scene());
+    let plan = |query: &str| common.server.get(&format!("{sky}/plan?{query}")).json();
+    let shade = |plan: &Value| {
+        let stages = plan["stages"].as_array().unwrap().clone();
+        stages.into_iter().find(|stage| stage["stage"] == "shade").unwrap()["choice"].as_str().unwrap().to_owned()
+    };
+    assert!(shade(&plan("tolerance=0.3")).contains("coarse"));
+    assert!(shade(&plan("")).contains("tabulated, fine"));
+    assert!(shade(&plan("method=analytic")).contains("analytic"));
+    assert!(plan("texture=irradiance&tolerance=0.01")["expected_error"].as_f64().unwrap() >= 0.0);
+    common.server.get(&format!("{sky}/plan?texture=fog")).problem(404);
+    common.server.get(&format!("{sky}/plan?tolerance=2")).problem(422);
+}
+
+#[test]
+fn monte_carlo_is_left_to_the_command_line() {
+    let common = common();
+    let sky = common.server.sky(&scene());
+    let problem = common.server.get(&format!("{sky}/cloud.exr?method=reference")).problem(422);
+    assert_eq!(problem["errors"][0]["pointer"], "method");
 }

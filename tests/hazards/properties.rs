@@ -286,16 +286,17 @@ fn half_a_tile_of_wind_moves_every_texture_by_half_a_tile() {
         assert_eq!(start, whole, "{texture}");
         let channels = start.len() / (SIDE * SIDE);
         let most = start.iter().copied().fold(0.0, f32::max);
-        for i in 0..start.len() {
+        for (i, here) in start.iter().enumerate() {
             let (x, rest) = ((i / channels) % SIDE, (i % channels, i / channels / SIDE));
             let moved = half[(rest.1 * SIDE + (x + SIDE / 2) % SIDE) * channels + rest.0];
             // Places on the map are rounded differently: 1e-6 texels of maps that change within one.
-            assert!((start[i] - moved).abs() < 1e-4 * most, "{texture} {i}: {} {moved}", start[i]);
+            assert!((here - moved).abs() < 1e-4 * most, "{texture} {i}: {here} {moved}");
         }
     }
 }
 
-/// Time moves textures without a jump: a tenth of a second is 1/200 of a texel here.
+/// Time moves textures without a jump: a thousandth of a second is 1/20,000 of a texel here. A view along the wall of a
+/// cloud goes from nothing to black within a tenth of a second, by up to 0.025 in a thousandth.
 #[test]
 fn textures_are_continuous_in_time() {
     let scene = broken(32);
@@ -307,10 +308,10 @@ fn textures_are_continuous_in_time() {
                 let query: Vec<_> = query.iter().copied().chain([("time", time.as_str())]).collect();
                 device.render(&scene, texture, &query).data
             };
-            let (here, later) = (at(time), at(time + 0.1));
+            let (here, later) = (at(time), at(time + 0.001));
             let most = here.iter().copied().fold(0.0, f32::max);
             let change = here.iter().zip(&later).map(|(a, b)| (a - b).abs()).fold(0.0, f32::max);
-            assert!(change < 0.02 * most, "{texture} at {time}: {change} of {most}");
+            assert!(change < 0.05 * most, "{texture} at {time}: {change} of {most}");
         }
     }
 }

@@ -37,7 +37,7 @@ pub(crate) fn cos_deg(degrees: f64) -> f64 {
     degrees.to_radians().cos()
 }
 
-/// A uniform slab of unit extinction in thousandths per metre, under a sun of irradiance 1.
+/// A uniform slab over even ground, under a sun of irradiance 1 and an even sky.
 #[derive(Clone, Debug)]
 pub(crate) struct Slab {
     pub(crate) zenith_deg: f64,
@@ -132,7 +132,7 @@ impl Seen {
         self.stages.output[3].into()
     }
 
-    fn from_above(&self) -> bool {
+    fn is_from_above(&self) -> bool {
         self.stages.view.from_above == 1
     }
 
@@ -154,7 +154,7 @@ impl Seen {
 
     /// Angle by which the light that is seen was scattered, from what the device was given.
     pub(crate) fn angle(&self) -> f64 {
-        let [sun, seen] = [self.stages.frame.sun, self.stages.view.towards].map(|v| glam([v[0], v[1], v[2]]));
+        let [sun, seen] = [self.stages.frame.sun, self.stages.view.towards].map(|v| wide([v[0], v[1], v[2]]));
         let cross = [0, 1, 2].map(|i| {
             let (j, k) = ((i + 1) % 3, (i + 2) % 3);
             sun[j] * seen[k] - sun[k] * seen[j]
@@ -185,7 +185,7 @@ impl Seen {
     /// Light of the sun but for the forward peak's, with the geometric factors of orders 1 and 2 given.
     pub(crate) fn expected(&self, orders: impl Fn(Path) -> [f64; 2]) -> Parts {
         let [order1, order2] = orders(self.path());
-        let first_row = if self.from_above() { 0 } else { 3 };
+        let first_row = if self.is_from_above() { 0 } else { 3 };
         let albedo = f64::from(self.stages.frame.smooth_albedo[GREEN]);
         Parts {
             order1: self.closure(first_row) * albedo * self.phase(0) * order1,
@@ -196,7 +196,7 @@ impl Seen {
 
     /// The same by [`integrals`].
     pub(crate) fn expected_parts(&self) -> Parts {
-        let above = self.from_above();
+        let above = self.is_from_above();
         self.expected(|path| integrals(path, above))
     }
 
@@ -208,7 +208,7 @@ impl Seen {
     }
 }
 
-fn glam(v: [f32; 3]) -> [f64; 3] {
+fn wide(v: [f32; 3]) -> [f64; 3] {
     v.map(f64::from)
 }
 
