@@ -12,7 +12,7 @@ use serde_json::json;
 use skyloom::render::{Job, Renderer, RendererOptions, Watch, encode};
 use skyloom::request::Request;
 use skyloom::scene::Scene;
-use skyloom::tables::{MixTables, TableLibrary};
+use skyloom::tables::{Detail, MixTables, TableLibrary};
 use std::collections::HashMap;
 use std::sync::Arc;
 use std::time::Duration;
@@ -135,8 +135,16 @@ fn mixes(criterion: &mut Criterion) {
     for radius in [4.0, 7.0, 12.0] {
         let mix = skyloom::optics::Mix::Gamma { effective_radius_um: radius, broadness: 2.0, refractive_index: None };
         group.bench_function(BenchmarkId::from_parameter(radius), |bench| {
-            bench.iter(|| MixTables::build(&mix, &|_| ()).unwrap());
+            bench.iter(|| MixTables::build(&mix, &|_| ()).unwrap().radiance(Detail::Fine, &|_| ()));
         });
+    }
+    group.finish();
+    let mix = skyloom::optics::Mix::HenyeyGreenstein { asymmetry: 0.85, albedo: 1.0 };
+    let tables = MixTables::build(&mix, &|_| ()).unwrap();
+    let mut group = criterion.benchmark_group("slice at a new sun, one colour");
+    for (name, detail) in Detail::ALL {
+        let radiance = tables.radiance(detail, &|_| ());
+        group.bench_function(name, |bench| bench.iter(|| radiance[1].slice(0.6, 1.01)));
     }
     group.finish();
 }
