@@ -8,13 +8,14 @@ LISTEN ?= 127.0.0.1:8080
 # One profile for running, testing and measuring: dependencies are compiled once.
 FLAGS := --release --locked
 
-.PHONY: help run test driver fmt bench pictures
+.PHONY: help run test driver fmt bench pictures charts
 
 help:
 	@echo "make run       start the server with its viewer on http://$(LISTEN) (LISTEN=ADDR:PORT for another place)"
 	@echo "make test      format check, lints as errors, every test"
 	@echo "make bench     time of each stage, per texel"
 	@echo "make pictures  draw the pictures of README.md anew (docs/pictures)"
+	@echo "make charts    measure every method and draw the charts anew (docs/charts; some minutes)"
 	@echo "make fmt       format the code"
 
 # Finds a Vulkan driver, or installs the distribution's software one.
@@ -37,6 +38,10 @@ bench: driver
 pictures: driver
 	$(CARGO) build $(FLAGS)
 	docs/pictures/draw target/release/skyloom
+
+charts: driver
+	$(CARGO) build $(FLAGS)
+	target/release/skyloom chart
 
 fmt:
 	$(CARGO) fmt --all

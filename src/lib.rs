@@ -15,6 +15,7 @@
 //! | [`shade`] | request | the texture asked for |
 //! | [`encode`] | request | the bytes of a file |
 //!
+//! [`chart`] measures the methods against exact solutions and draws it.
 //! [`render`] alone knows this order. [`mod@reference`] holds a readable f64 twin of every pass that runs on the device.
 //!
 //! # Units, axes, symbols
@@ -25,6 +26,7 @@
 //! - `phase_function` P: (1/4pi) times its integral over the sphere is 1.
 //! - `irradiance`: horizontal unless said otherwise. `radiance`: per steradian.
 
+pub mod chart;
 pub mod encode;
 pub mod field;
 pub mod gpu;

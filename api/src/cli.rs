@@ -8,12 +8,14 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use clap::{Arg, ArgAction, ArgMatches, Command, value_parser};
+use skyloom::chart::CHARTS;
 use skyloom::request::QUERY_PARAMETERS;
 use skyloom::scene::{FieldError, SceneError};
 
 use crate::config::Config;
 use crate::serve;
 
+mod chart;
 mod render;
 
 /// Why a command did not do what was asked.
@@ -78,6 +80,7 @@ fn run(arguments: impl IntoIterator<Item = OsString>) -> Result<(), Fault> {
                 "render" => render::command(options),
                 "plan" => render::plan(options),
                 "check" => check(options),
+                "chart" => chart::command(options),
                 _ => list_adapters(),
             }
         }
@@ -96,6 +99,7 @@ fn command() -> Command {
             "Examples:\n  skyloom serve                                  start the server, then open http://127.0.0.1:8080\n  \
              skyloom check scene.json                       is the scene valid, and what does it say in full?\n  \
              skyloom render scene.json irradiance.exr       one texture into a file, without a server\n  \
+             skyloom chart                                  how exact and how fast is each method?\n  \
              skyloom adapters                               which graphics devices are there?\n\n\
              Exit codes: 0 done, 1 failure (no driver, disk full), 2 bad usage, scene, query or image.\n\
              SKYLOOM_LOG sets what is logged to stderr (error, warn, info, debug).",
@@ -130,7 +134,27 @@ fn command() -> Command {
                      Images may be named by path, relative to the scene file.\n\nExample:\n  skyloom check scene.json",
                 ),
         )
+        .subcommand(chart_command())
         .subcommand(Command::new("adapters").about("Lists the graphics devices; a star marks the one that is used"))
+}
+
+fn chart_command() -> Command {
+    let mut list = "Charts:\n".to_owned();
+    for chart in CHARTS {
+        writeln!(list, "  {:<16} {}", chart.name, chart.about).unwrap_or_default();
+    }
+    Command::new("chart")
+        .about("Measures how exact and how fast each method is, and draws it: SVG pictures and CSV tables")
+        .arg(Arg::new("NAME").action(ArgAction::Append).help("Charts to make [default: all]"))
+        .arg(
+            Arg::new("output")
+                .short('o')
+                .long("output")
+                .value_name("DIR")
+                .value_parser(value_parser!(PathBuf))
+                .help("Folder to write to [default: docs/charts]"),
+        )
+        .after_help(format!("{list}\nExample:\n  skyloom chart slab-fluxes -o /tmp"))
 }
 
 /// `render` has an option for each query parameter of the server, by the same name.

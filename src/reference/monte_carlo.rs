@@ -17,8 +17,9 @@ use std::time::Duration;
 
 use crate::optics::PhaseFunction;
 
+pub use crate::slab::radiance::Side;
 pub use flux::{Fluxes, fluxes};
-pub use radiance::{RadianceEstimate, Side, View, radiance};
+pub use radiance::{RadianceEstimate, View, radiance};
 
 /// Deepest slab accepted: time goes with the depth.
 pub const MAX_OPTICAL_DEPTH: f64 = 1e4;

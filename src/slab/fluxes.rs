@@ -168,18 +168,6 @@ impl FluxTable {
         self.isotropic(optical_depth).absorptance
     }
 
-    /// `[reflectance, transmittance]` of the beam table for upload: [`DEPTH_COUNT`] rows of [`MU_COUNT`] texels.
-    #[must_use]
-    pub fn as_texels(&self) -> Vec<[f32; 2]> {
-        self.beam.iter().map(texel).collect()
-    }
-
-    /// `[reflectance, transmittance]` for isotropic light for upload: [`DEPTH_COUNT`] texels.
-    #[must_use]
-    pub fn as_diffuse_texels(&self) -> Vec<[f32; 2]> {
-        self.diffuse.iter().map(texel).collect()
-    }
-
     /// All values, for a cache on disk: per optical depth the triples (reflectance, transmittance, absorptance) of every mu node and
     /// that of isotropic light.
     #[must_use]
@@ -262,8 +250,4 @@ fn cell(x: f64, count: usize) -> (usize, f64) {
     let x = x.clamp(0.0, (count - 1) as f64);
     let at = (x as usize).min(count - 2);
     (at, x - at as f64)
-}
-
-fn texel(flux: &Flux) -> [f32; 2] {
-    [flux.reflectance as f32, flux.transmittance as f32]
 }

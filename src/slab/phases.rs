@@ -1,6 +1,6 @@
 //! Phase functions as shading reads them: the forward peak apart, the rest scattered once and twice, and the aureole.
 
-use crate::optics::{Channel, PhaseFunction, moments, resum};
+use crate::optics::{Channel, Cut, PhaseFunction, moments, resum};
 use rayon::prelude::*;
 use std::f64::consts::{FRAC_1_SQRT_2, PI};
 
@@ -51,13 +51,18 @@ fn aureole_angle(column: usize) -> f64 {
     2.0 * (place * place * AUREOLE_HALF_SIN_MAX).asin()
 }
 
+/// The forward peak of the shade pass apart from the rest; `None` for a phase function whose peak holds nothing, or
+/// everything: it has no two parts and is used as it is.
+pub(crate) fn cut(phase: &PhaseFunction) -> Option<Cut> {
+    let [inner, outer] = CUT_DEG.map(f64::to_radians);
+    phase.smooth_cut(inner, outer)
+}
+
 impl PhaseTables {
     /// Cuts the forward peak off a channel's phase function and tabulates the two parts.
     pub fn build(channel: &Channel) -> Self {
         let angles: Vec<f64> = (0..PHASE_COLUMNS).map(phase_angle).collect();
-        let [inner, outer] = CUT_DEG.map(f64::to_radians);
-        // A phase function whose peak holds nothing, or everything, has no two parts: it is used as it is.
-        let cut = channel.phase.smooth_cut(inner, outer);
+        let cut = cut(&channel.phase);
         let (forward_fraction, rest) = cut.as_ref().map_or((0.0, &channel.phase), |cut| (cut.peak_fraction, &cut.rest));
         let count = channel.moments.len().clamp(64, MAX_REST_MOMENTS);
         let squared: Vec<f64> = moments(rest, count).iter().map(|moment| moment * moment).collect();

@@ -138,19 +138,19 @@ fn tables(library: &TableLibrary, mix: &Mix, detail: Option<Detail>) -> Result<A
 }
 
 /// A progress bar on stderr that appears when work takes a while, and goes with it.
-struct LateBar {
+pub(super) struct LateBar {
     start: Instant,
     message: String,
     bar: Mutex<Option<ProgressBar>>,
 }
 
 impl LateBar {
-    fn new(message: String) -> Self {
+    pub(super) fn new(message: String) -> Self {
         Self { start: Instant::now(), message, bar: Mutex::new(None) }
     }
 
     /// Shows how far the work is, 0 to 1.
-    fn set(&self, part: f64) {
+    pub(super) fn set(&self, part: f64) {
         if self.start.elapsed() < PATIENCE {
             return;
         }
@@ -177,7 +177,7 @@ impl Drop for LateBar {
 }
 
 /// Where tables are kept between runs, by the habit of the system; none when it tells no home.
-fn cache_folder() -> Option<PathBuf> {
+pub(super) fn cache_folder() -> Option<PathBuf> {
     let variable = |name: &str| std::env::var_os(name).filter(|value| !value.is_empty()).map(PathBuf::from);
     let base = variable("XDG_CACHE_HOME")
         .or_else(|| variable("LOCALAPPDATA"))

@@ -23,21 +23,17 @@ use super::run::{Watch, run};
 use super::scattering::Scattering;
 use super::{Effort, Estimate, MonteCarloError, NEGLIGIBLE, SlabProblem, check, first_depth, scattered_part};
 use crate::slab::analytic::{LOWEST_VIEW, order1_reflected, order1_transmitted};
+use crate::slab::radiance::Side;
 
 /// Most scatterings of a path from the viewer: a chain has one more place for its joint. Enough that all of them are
 /// seldom inside the forward peak; time goes with it in thick slabs.
 const VIEW_SCATTERINGS: usize = 8;
+/// Orders told apart, from the second on; [`RadianceEstimate::higher`] holds those from the third on.
+const ORDERS_APART: usize = 4;
+/// Outcomes of a pair: the orders apart, orders 3 and up, orders 2 and up.
+const OUTCOMES: usize = ORDERS_APART + 2;
 /// Cosines count as at least this, to divide by.
 const LEAST_COSINE: f64 = 1e-12;
-
-/// The face of the slab that is looked at.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Side {
-    /// The sunlit face: reflected light.
-    Reflected,
-    /// The face away from the sun: transmitted light, without the direct light.
-    Transmitted,
-}
 
 /// A direction of view.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -59,6 +55,8 @@ pub struct RadianceEstimate {
     pub order1: f64,
     /// Scattered twice.
     pub order2: Estimate,
+    /// Scattered two, three, four and five times, each order on its own.
+    pub low_orders: [Estimate; 4],
     /// Scattered three times and more.
     pub higher: Estimate,
     /// All scattered light.
@@ -99,12 +97,13 @@ pub fn radiance(
         };
         let order1 = scene.order1();
         let close = |total: Estimate| total.plus(order1).within(effort.relative_error);
-        let sums = run(effort, &watch, |random| scene.pair(random), |sums| close(sums.estimate(2)))?;
+        let sums = run(effort, &watch, |random| scene.pair(random), |sums| close(sums.estimate(ORDERS_APART + 1)))?;
         Ok(RadianceEstimate {
             order1,
             order2: sums.estimate(0),
-            higher: sums.estimate(1),
-            total: sums.estimate(2).plus(order1),
+            low_orders: std::array::from_fn(|i| sums.estimate(i)),
+            higher: sums.estimate(ORDERS_APART),
+            total: sums.estimate(ORDERS_APART + 1).plus(order1),
             pairs: sums.count,
         })
     };
@@ -166,11 +165,11 @@ impl<'a> Scene<'a> {
         self.problem.albedo * phase / (4.0 * PI) * order1(self.problem.optical_depth, self.sun.mu, self.view.mu)
     }
 
-    /// Radiance of order 2, of the higher orders, and of both, by one pair of paths.
-    fn pair(&self, random: &mut Random) -> [f64; 3] {
+    /// Radiance of the orders, see [`OUTCOMES`], by one pair of paths.
+    fn pair(&self, random: &mut Random) -> [f64; OUTCOMES] {
         let scale = self.problem.albedo / (4.0 * PI);
         let to_viewer = self.path_to_viewer(random);
-        let (mut order2, mut higher) = (0.0, 0.0);
+        let mut outcome = [0.0; OUTCOMES];
         // recent[c]: sum over the last c scatterings of the path from the sun of (mu + mu')/P.
         let mut recent = [0.0; VIEW_SCATTERINGS + 1];
         let mut from_sun = self.sun;
@@ -187,10 +186,12 @@ impl<'a> Scene<'a> {
                 // Joints further up than these would need a longer path from the viewer.
                 let joints = recent[VIEW_SCATTERINGS - k] + spread / phase + end.joints;
                 let count = scale * from_sun.weight * end.ray.weight * length * spread / joints;
-                if scatterings + k == 1 {
-                    order2 += count;
-                } else {
-                    higher += count;
+                let above_second = scatterings + k - 1;
+                if above_second < ORDERS_APART {
+                    outcome[above_second] += count;
+                }
+                if above_second > 0 {
+                    outcome[ORDERS_APART] += count;
                 }
             }
             let start =
@@ -205,7 +206,8 @@ impl<'a> Scene<'a> {
             from_sun = next;
             scatterings += 1;
         }
-        [order2, higher, order2 + higher]
+        outcome[ORDERS_APART + 1] = outcome[0] + outcome[ORDERS_APART];
+        outcome
     }
 
     /// The rays of a path traced from the viewer, from the last one backwards.

@@ -1,0 +1,104 @@
+//! Charts of how exact and how fast each method of slab light is, as pictures (SVG) and tables (CSV).
+//!
+//! `truth` solves slabs exactly, `medium` has each method in double precision, `errors` and `cost` measure; `slab`, `fluxes`,
+//! `radiance`, `modified` and `validity` are one chart each; `figure` draws.
+
+mod appendix;
+mod cost;
+mod csv;
+mod errors;
+mod figure;
+mod fluxes;
+mod medium;
+mod modified;
+mod radiance;
+mod random;
+mod slab;
+mod statistics;
+mod truth;
+mod validity;
+
+use crate::gpu::GpuError;
+use crate::reference::monte_carlo::MonteCarloError;
+use crate::render::RenderError;
+use crate::tables::{TableError, TableLibrary};
+
+pub use errors::{SLAB_MEDIA, SlabErrors, SlabMethod, slab_errors};
+pub use statistics::ErrorSummary;
+
+type Maker = fn(&TableLibrary, &(dyn Fn(f64) + Sync)) -> Result<Vec<ChartFile>, ChartError>;
+
+/// A chart that can be made.
+#[derive(Clone, Copy, Debug)]
+pub struct Chart {
+    /// Name; its files are called by it.
+    pub name: &'static str,
+    /// What it shows.
+    pub about: &'static str,
+    make: Maker,
+}
+
+/// Every chart.
+pub const CHARTS: &[Chart] = &[
+    Chart { name: "slab", about: "cost of each method against its error", make: slab::make },
+    Chart { name: "slab-fluxes", about: "fluxes of each order of scattering against thickness", make: fluxes::make },
+    Chart { name: "slab-radiance", about: "radiance against the angle of view", make: radiance::make },
+    Chart {
+        name: "slab-modified",
+        about: "orders of scattering with and without the forward peak",
+        make: modified::make,
+    },
+    Chart { name: "slab-validity", about: "where each method holds its accuracy", make: validity::make },
+];
+
+/// A file of a chart.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct ChartFile {
+    /// Name, without a folder.
+    pub name: String,
+    /// Content.
+    pub bytes: Vec<u8>,
+}
+
+/// Why a chart was not made.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum ChartError {
+    /// Tables of a medium.
+    #[error(transparent)]
+    Table(#[from] TableError),
+    /// The Monte Carlo reference.
+    #[error(transparent)]
+    MonteCarlo(#[from] MonteCarloError),
+    /// No device to measure times on.
+    #[error("no graphics device: {0}")]
+    Device(String),
+    /// The renderer.
+    #[error(transparent)]
+    Render(#[from] RenderError),
+    /// The picture.
+    #[error("drawing failed: {0}")]
+    Drawing(String),
+}
+
+impl From<GpuError> for ChartError {
+    fn from(error: GpuError) -> Self {
+        Self::Device(error.to_string())
+    }
+}
+
+impl Chart {
+    /// The chart of a name.
+    #[must_use]
+    pub fn named(name: &str) -> Option<&'static Self> {
+        CHARTS.iter().find(|chart| chart.name == name)
+    }
+
+    /// Measures and draws: seconds to minutes. `progress` hears fractions 0..=1, from any thread.
+    ///
+    /// # Errors
+    /// See [`ChartError`].
+    pub fn make(&self, library: &TableLibrary, progress: &(dyn Fn(f64) + Sync)) -> Result<Vec<ChartFile>, ChartError> {
+        (self.make)(library, progress)
+    }
+}

@@ -1,0 +1,89 @@
+//! Time of the cloud pass with each method, all in one run.
+
+use std::collections::HashMap;
+use std::sync::Arc;
+
+use serde_json::json;
+
+use super::errors::SlabMethod;
+use super::{ChartError, medium};
+use crate::render::{Job, RenderError, Renderer, RendererOptions, Watch};
+use crate::request::Request;
+use crate::scene::Scene;
+use crate::tables::TableLibrary;
+
+/// Texels a side.
+const SIDE: u32 = 512;
+/// Times that every method is run, in turn.
+const ROUNDS: usize = 31;
+
+/// Query of a method, `None` where a texture takes too long to be measured so.
+fn query(method: SlabMethod) -> Option<[(&'static str, &'static str); 2]> {
+    let (method, tolerance) = match method {
+        SlabMethod::Analytic => ("analytic", "0.02"),
+        SlabMethod::Coarse => ("tabulated", "0.03"),
+        SlabMethod::Fine => ("tabulated", "0.006"),
+        SlabMethod::Finest => ("tabulated", "0.001"),
+        SlabMethod::Reference => return None,
+    };
+    Some([("method", method), ("tolerance", tolerance)])
+}
+
+/// Milliseconds per million texels: median, and the quartiles below and above it.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Cost {
+    pub(super) median: f64,
+    pub(super) quartiles: [f64; 2],
+}
+
+/// Cost of stage "shade" of a cloud seen from below; `None` where it is not measured. The methods
+/// take turns, so that all of them see the same load of the machine.
+pub(super) fn costs(
+    library: &TableLibrary,
+    methods: &[SlabMethod],
+    progress: &(dyn Fn(f64) + Sync),
+) -> Result<Vec<Option<Cost>>, ChartError> {
+    // Cloud everywhere, of every thickness: no texel is skipped.
+    let scene = json!({
+        "domain": { "extent_m": 20_000, "resolution": SIDE },
+        "sun": { "zenith_deg": 60, "azimuth_deg": 160 },
+        "layers": [{ "base_m": 1000,
+            "thickness": { "kind": "stratocumulus", "pattern": "closed", "coverage": 1, "seed": 7 },
+            "droplets": { "effective_radius_um": 7, "broadness": 2, "number_per_cm3": 300 } }],
+    });
+    let failed = |detail: String| ChartError::Render(RenderError::Gpu(detail));
+    let scene = Scene::from_json(scene.to_string().as_bytes()).map_err(|error| failed(error.to_string()))?;
+    let scene = Arc::new(scene);
+    let tables = vec![library.get(&medium::droplets(7.0), None, &|_| ())?];
+    let job = |method: &SlabMethod| -> Result<Option<Job>, ChartError> {
+        let Some(query) = query(*method) else { return Ok(None) };
+        let query = query.map(|(name, value)| (name.to_owned(), value.to_owned()));
+        let request = Request::parse("cloud", "f32", &query).map_err(|error| failed(error.to_string()))?;
+        let (scene, tables) = (Arc::clone(&scene), tables.clone());
+        Ok(Some(Job { scene, request, tables, images: HashMap::new() }))
+    };
+    let jobs = methods.iter().map(job).collect::<Result<Vec<_>, _>>()?;
+    let mut renderer = Renderer::new(&RendererOptions::default())?;
+    let mut times = vec![Vec::new(); methods.len()];
+    // The first round makes tables and field.
+    for round in 0..=ROUNDS {
+        for (job, times) in jobs.iter().zip(&mut times) {
+            let Some(job) = job else { continue };
+            let texture = renderer.render(job, &Watch::default())?;
+            let shade = texture.timings.iter().find(|(stage, _)| *stage == "shade");
+            if let (Some((_, time)), 1..) = (shade, round) {
+                times.push(time.as_secs_f64());
+            }
+        }
+        progress(round as f64 / ROUNDS as f64);
+    }
+    let megatexels = f64::from(SIDE).powi(2) / 1e6;
+    Ok(times
+        .into_iter()
+        .map(|mut times| {
+            times.sort_by(f64::total_cmp);
+            let at = |quarter: usize| times.get(times.len() * quarter / 4).map(|time| time * 1e3 / megatexels);
+            Some(Cost { median: at(2)?, quartiles: [at(1)?, at(3)?] })
+        })
+        .collect())
+}

@@ -1,0 +1,99 @@
+//! Charts: their error metric, their tables, and that the committed errors are those of this program.
+
+#![expect(clippy::unwrap_used, reason = "a test stops where it fails")]
+
+use skyloom::chart::{CHARTS, Chart, ErrorSummary, SLAB_MEDIA, SlabMethod, slab_errors};
+use skyloom::tables::TableLibrary;
+use std::path::PathBuf;
+
+fn committed(name: &str) -> Vec<Vec<String>> {
+    let path: PathBuf = [env!("CARGO_MANIFEST_DIR"), "docs", "charts", name].iter().collect();
+    let text = std::fs::read_to_string(path).unwrap();
+    text.lines().map(|line| line.split(',').map(str::to_owned).collect()).collect()
+}
+
+#[test]
+fn the_error_metric_has_its_known_values() {
+    // 98 errors of 1 %, one of -10 %, one of 50 %.
+    let mut errors = vec![0.01; 98];
+    errors.extend([-0.1, 0.5]);
+    let summary = ErrorSummary::of(&errors);
+    let mean_square: f64 = (98.0 * 1e-4 + 1e-2 + 0.25) / 100.0;
+    assert!((summary.rms - mean_square.sqrt()).abs() < 1e-15);
+    assert_eq!((summary.percentile99, summary.worst, summary.count), (0.1, 0.5, 100));
+    let single = ErrorSummary::of(&[-0.2]);
+    assert_eq!((single.rms, single.percentile99, single.worst), (0.2, 0.2, 0.2));
+    assert_eq!(ErrorSummary::of(&[]), ErrorSummary::default());
+    assert_eq!(ErrorSummary::of(&[0.1, f64::NAN]).worst, f64::INFINITY);
+}
+
+#[test]
+fn tables_have_their_columns() {
+    let columns = |name: &str| committed(name)[0].join(",");
+    assert_eq!(
+        columns("slab.csv"),
+        "method,medium,ms_per_megatexel,ms_quartile1,ms_quartile3,reflected_rms,reflected_p99,transmitted_rms,transmitted_p99,near_sun_rms,near_sun_p99,\
+         reflected_cases,transmitted_cases,near_sun_cases"
+    );
+    assert_eq!(
+        columns("slab-fluxes.csv"),
+        "side,order,sun_zenith_deg,thickness_m,exact,monte_carlo,monte_carlo_error,analytic,paper_repaired,paper_printed"
+    );
+    assert_eq!(
+        columns("slab-radiance.csv"),
+        "side,thickness_m,sun_zenith_deg,view_deg,exact,monte_carlo,monte_carlo_error,tabulated_fine,analytic,paper_repaired"
+    );
+    assert_eq!(
+        columns("slab-modified.csv"),
+        "side,phase_function,view_deg,order_1,orders_1_to_2,orders_1_to_3,orders_1_to_4,orders_1_to_5,all,all_error"
+    );
+    assert_eq!(columns("slab-validity.csv"), "method,map,side,x_from,x_to,y_from,y_to,rms_error");
+    for chart in CHARTS {
+        let table = committed(&format!("{}.csv", chart.name));
+        assert!(table.len() > 10 && table.iter().all(|row| row.len() == table[0].len()), "{}", chart.name);
+    }
+}
+
+#[test]
+fn every_method_is_summed_up_over_every_medium() {
+    let table = committed("slab.csv");
+    assert_eq!(table.len(), 1 + SlabMethod::ALL.len() * (1 + SLAB_MEDIA));
+    for (method, row) in SlabMethod::ALL.iter().zip(&table[1..]) {
+        assert_eq!([row[0].as_str(), row[1].as_str()], [method.name(), "all"]);
+        // Cases of the media add up to those of all.
+        for column in 11..14 {
+            let count = |row: &Vec<String>| row[column].parse::<f64>().unwrap();
+            let of_media = table[1..].iter().filter(|other| other[0] == row[0] && other[1] != "all").map(count);
+            assert_eq!(of_media.sum::<f64>(), count(row));
+        }
+    }
+}
+
+/// Henyey-Greenstein scatterers stand for the six media: they need no Mie theory.
+#[test]
+fn committed_errors_are_those_of_this_program() {
+    let methods = [SlabMethod::Analytic, SlabMethod::Coarse, SlabMethod::Fine];
+    let (name, found) = slab_errors(&TableLibrary::new(None), SLAB_MEDIA - 1, &methods, &|_| ()).unwrap();
+    let table = committed("slab.csv");
+    for (method, errors) in methods.iter().zip(&found) {
+        let row = table.iter().find(|row| row[0] == method.name() && row[1] == name).unwrap();
+        for (at, summary) in errors.summaries().iter().enumerate() {
+            for (column, value) in [(5 + 2 * at, summary.rms), (6 + 2 * at, summary.percentile99)] {
+                let wanted: f64 = row[column].parse().unwrap();
+                // Five digits are written; machines round differently.
+                let allowed = 1e-3 * wanted + 1e-5;
+                assert!((value - wanted).abs() <= allowed, "{} {}: {value}, {wanted}", method.name(), table[0][column]);
+            }
+            let count: usize = row[11 + at].parse().unwrap();
+            assert_eq!(summary.count, count);
+        }
+    }
+}
+
+#[test]
+fn charts_are_found_by_name() {
+    for chart in CHARTS {
+        assert_eq!(Chart::named(chart.name).map(|found| found.about), Some(chart.about));
+    }
+    assert!(Chart::named("slabs").is_none());
+}
