@@ -60,7 +60,8 @@ const CASES: &[Case] = &[
     shade("irradiance", "irradiance", &[]),
     shade("cloud, tabulated", "cloud", &[("method", "tabulated")]),
     shade("cloud, analytic", "cloud", &[("method", "analytic")]),
-    shade("cloud, coarse tables", "cloud", &[("tolerance", "0.3")]),
+    shade("slanted, tolerance 0.01", "cloud", &[("direction", "60,30"), ("tolerance", "0.01")]),
+    shade("slanted, tolerance 0.3", "cloud", &[("direction", "60,30"), ("tolerance", "0.3")]),
     shade("cloud above, slanted", "cloud", &[("view", "above"), ("direction", "60,30")]),
     shade("cloud in perspective", "cloud", &[("eye", "0,0,2")]),
 ];

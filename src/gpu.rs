@@ -28,7 +28,10 @@ pub enum GpuError {
     /// The device is gone; make a new one.
     #[error("the graphics device was lost: {0}")]
     Lost(String),
-    /// The device did not finish in time.
+    /// The work was done after its deadline; the device is fine.
+    #[error("the deadline passed")]
+    Late,
+    /// The device hangs.
     #[error("the graphics device did not finish in time")]
     Timeout,
     /// The driver refused or broke something.
@@ -36,7 +39,7 @@ pub enum GpuError {
     Failed(String),
 }
 
-/// How long a single wait may take when the caller set no deadline: a hung driver must not hold a thread for ever.
+/// How long a single wait may take: a hung driver must not hold a thread for ever.
 const LONGEST_WAIT: Duration = Duration::from_secs(120);
 
 /// One device and its queue.
@@ -144,9 +147,11 @@ impl Gpu {
     }
 
     fn wait(&self, submission: wgpu::SubmissionIndex, deadline: Option<Instant>) -> Result<(), GpuError> {
-        let left = deadline.map_or(LONGEST_WAIT, |end| end.saturating_duration_since(Instant::now()));
-        let poll = wgpu::PollType::Wait { submission_index: Some(submission), timeout: Some(left.min(LONGEST_WAIT)) };
+        // What was submitted cannot be recalled: past the deadline it is waited for all the same, so that the device is free
+        // for the next job. Only one that takes absurdly long counts as hung.
+        let poll = wgpu::PollType::Wait { submission_index: Some(submission), timeout: Some(LONGEST_WAIT) };
         match self.device.poll(poll) {
+            Ok(_) if deadline.is_some_and(|end| Instant::now() >= end) => self.check().and(Err(GpuError::Late)),
             Ok(_) => self.check(),
             Err(wgpu::PollError::Timeout) => Err(GpuError::Timeout),
             Err(error) => Err(GpuError::Failed(error.to_string())),

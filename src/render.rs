@@ -115,6 +115,7 @@ impl From<GpuError> for RenderError {
     fn from(error: GpuError) -> Self {
         match error {
             GpuError::Lost(text) => Self::DeviceLost(text),
+            GpuError::Late => Self::Deadline,
             // The device may still be busy with what was given up: a new one is needed.
             GpuError::Timeout => Self::DeviceLost(error.to_string()),
             GpuError::NoAdapter(text) | GpuError::Failed(text) => Self::Gpu(text),
@@ -281,7 +282,7 @@ impl Renderer {
             light: light.as_deref(),
         };
         let view = view(job, size, &moment)?;
-        let mut data = clock.time("shade", || self.bands(needs, &inputs, &view, watch))?;
+        let mut data = clock.time("shade", || self.bands(needs, &inputs, &view, moment.cuts(&view, needs), watch))?;
         if by_monte_carlo {
             let thickness = self.gpu.read_map(&field.thickness, 0, watch.deadline)?;
             clock.time("reference", || exact::add_sunlight(job, &moment.frame, &view, &thickness, &mut data, watch))?;
@@ -295,9 +296,10 @@ impl Renderer {
         texture: TextureKind,
         inputs: &shade::Inputs<'_>,
         view: &View,
+        cuts: f64,
         watch: &Watch,
     ) -> Result<Vec<f32>, RenderError> {
-        let rows = shade::band_rows(view.size);
+        let rows = shade::band_rows(view.size, cuts);
         let mut data = Vec::with_capacity(view.size as usize * view.size as usize * texture.channels().len());
         for first_row in (0..view.size).step_by(rows as usize) {
             watch.look()?;
@@ -459,6 +461,9 @@ fn view(job: &Job, size: u32, moment: &frame::Moment) -> Result<View, RenderErro
     })
 }
 
+/// Alpha that counts as none where colour is divided by it.
+const LEAST_ALPHA: f32 = 1e-20;
+
 /// What a request asks of finished texels: alpha, scale.
 fn finish(texture: &mut Texture, request: &Request) {
     let (channels, scale) = (texture.channels.len(), request.scale as f32);
@@ -468,9 +473,10 @@ fn finish(texture: &mut Texture, request: &Request) {
         // A picture's white goes with the light, so a scale would cancel.
         let mut factor = if picture { 1.0 } else { scale };
         if let (true, Some(alpha)) = (request.straight_alpha, alpha.first()) {
-            factor = if *alpha > 0.0 { factor / alpha } else { 0.0 };
+            // Below this there is nothing to see, and the quotient would be noise or overflow.
+            factor = if *alpha > LEAST_ALPHA { factor / alpha } else { 0.0 };
         }
-        colour.iter_mut().for_each(|value| *value *= factor);
+        colour.iter_mut().for_each(|value| *value = (*value * factor).min(f32::MAX));
     }
 }
 

@@ -28,13 +28,16 @@ pub(crate) struct Inputs<'a> {
     pub(crate) light: Option<&'a Light>,
 }
 
-/// Texels of one submission: large textures are made in bands, so that a request can be dropped between them, buffers
-/// stay below WebGPU's limits and no submission holds the device for long.
-const BAND_TEXELS: u32 = 1024 * 512;
+/// Texels of one submission at most: large textures are made in bands, so that a request can be dropped between them,
+/// buffers stay below WebGPU's limits and no submission holds the device for long.
+const BAND_TEXELS: f64 = 1024.0 * 512.0;
+/// Cuts of marched rays in one submission at most: about a third of a second of a software device.
+const BAND_CUTS: f64 = 3e7;
 
-/// Rows of a band.
-pub(crate) fn band_rows(size: u32) -> u32 {
-    (BAND_TEXELS / size).clamp(1, size)
+/// Rows of a band of textures whose rays are cut `cuts` times each.
+pub(crate) fn band_rows(size: u32, cuts: f64) -> u32 {
+    let texels = BAND_TEXELS.min(BAND_CUTS / cuts.max(1.0));
+    ((texels / f64::from(size)) as u32).clamp(1, size)
 }
 
 /// Makes one band of a texture: `view.rows` rows from `view.first_row`.

@@ -106,6 +106,16 @@ impl MixTables {
         Arc::clone(self.radiance[detail as usize].get_or_init(build))
     }
 
+    /// Memory of the radiance tables made so far.
+    fn radiance_bytes(&self) -> usize {
+        let bytes = |size: TableSize| 3 * 2 * 4 * size.depths() * size.azimuths * size.zeniths * (size.zeniths + 1) / 2;
+        Detail::ALL
+            .iter()
+            .filter(|(_, d)| self.radiance[*d as usize].get().is_some())
+            .map(|(_, d)| bytes(d.size()))
+            .sum()
+    }
+
     fn to_parts(&self) -> Vec<Vec<u8>> {
         let bytes = |numbers: Vec<f64>| numbers.iter().flat_map(|number| number.to_le_bytes()).collect();
         let channel = |i: usize| {
@@ -145,8 +155,10 @@ impl MixTables {
     }
 }
 
-/// Mixes kept in memory; each takes about 4 MB, and 18 MB more with fine radiance tables.
-const KEPT: usize = 16;
+/// Memory that finished tables may take, bytes; beyond it all but those asked for go.
+const KEPT_BYTES: usize = 768 << 20;
+/// Memory of a mix's own tables, bytes.
+const MIX_BYTES: usize = 5 << 20;
 /// Share of a mix's own tables in the work, where radiance tables are made too.
 const MIX_SHARE: f64 = 0.7;
 
@@ -162,6 +174,16 @@ pub struct TableLibrary {
 struct Entry {
     tables: OnceLock<Result<Arc<MixTables>, TableError>>,
     progress: Mutex<Option<f64>>,
+}
+
+impl Entry {
+    /// Memory that its tables take.
+    fn bytes(&self) -> usize {
+        match self.tables.get() {
+            Some(Ok(tables)) => MIX_BYTES + tables.radiance_bytes(),
+            _ => 0,
+        }
+    }
 }
 
 fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
@@ -188,9 +210,9 @@ impl TableLibrary {
     ) -> Result<Arc<MixTables>, TableError> {
         let entry = {
             let mut entries = lock(&self.entries);
-            if entries.len() >= KEPT && !entries.contains_key(&mix.key()) {
+            if entries.values().map(|entry| entry.bytes()).sum::<usize>() > KEPT_BYTES {
                 // Those in the making stay: somebody waits for them.
-                entries.retain(|_, entry| entry.tables.get().is_none());
+                entries.retain(|key, entry| key == &mix.key() || lock(&entry.progress).is_some());
             }
             Arc::clone(entries.entry(mix.key()).or_default())
         };
@@ -258,7 +280,7 @@ impl TableLibrary {
 }
 
 /// Start of a file of tables: name and version of the layout. A file of another version is made again.
-const MAGIC: &[u8; 16] = b"skyloom-mix-0002";
+const MAGIC: &[u8; 16] = b"skyloom-mix-0003";
 const DIGEST_BYTES: usize = 32;
 
 /// Reads a file of tables; `None` if it is absent, old, damaged or of another name: it is made again then.

@@ -34,6 +34,22 @@ fn tolerance_picks_the_cheapest_method_within_it() {
 }
 
 #[test]
+fn expected_errors_of_the_slab_are_those_of_the_chart() {
+    let chart = include_str!("../docs/charts/slab.csv");
+    let measured = |method: &str| {
+        let row = chart.lines().find(|line| line.starts_with(&format!("{method},all,"))).unwrap();
+        let cells: Vec<&str> = row.split(',').collect();
+        // Root mean squares of reflected light, and of transmitted light beyond 10 degrees from the sun.
+        [cells[5], cells[7]].map(|cell| cell.parse::<f64>().unwrap()).into_iter().fold(0.0, f64::max)
+    };
+    let expected = ERROR_OF_DETAIL.map(|(detail, error)| (format!("tabulated {}", detail.name()), error));
+    for (method, error) in expected.into_iter().chain([("analytic".to_owned(), ERROR_OF_ANALYTIC)]) {
+        let found = measured(&method);
+        assert!(found <= error && error < 2.5 * found, "{method}: {error} is promised, {found} was measured");
+    }
+}
+
+#[test]
 fn a_method_that_is_asked_for_is_used() {
     for (_, method) in Method::ALL {
         let plan = Plan::new(&Request { method: Some(method), ..request(0.02) });

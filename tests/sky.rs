@@ -5,6 +5,9 @@ mod common;
 
 use common::sky::{Sky, hg_layer, mean};
 use serde_json::{Value, json};
+use skyloom::reference::monte_carlo::{Effort, Side, SlabProblem, View, radiance};
+use skyloom::render::{RenderError, Watch};
+use std::sync::atomic::AtomicBool;
 
 /// Single precision through a chain of about 50 operations and two table look-ups (1e-7 each, driver's exp 1e-6).
 const F32: f64 = 1e-5;
@@ -250,4 +253,67 @@ fn a_map_has_north_up_and_its_shadow_falls_away_from_the_sun() {
     let darkest = (0..64).min_by(|a, b| shadow[*a].total_cmp(&shadow[*b])).unwrap();
     // The sun is in the west at 45 degrees, so the shadow of a base at 2000 m lies 2000 m (2 texels) to the east.
     assert_eq!(darkest, 2, "{shadow:?}");
+}
+
+#[test]
+fn colour_divided_by_a_vanishing_alpha_stays_finite() {
+    let mut sky = Sky::open();
+    for metres in [1e-36, 1e-30, 1e-20, 1e-10, 1e-3] {
+        for method in ["analytic", "tabulated"] {
+            let query = [("alpha", "straight"), ("method", method)];
+            let cloud = sky.render(&uniform(50.0, metres, 0.2), "cloud", &query);
+            assert!(
+                cloud.data.iter().all(|value| value.is_finite() && *value >= 0.0),
+                "{metres} m: {:?}",
+                &cloud.data[..4]
+            );
+        }
+    }
+}
+
+#[test]
+fn a_passed_deadline_leaves_the_renderer_as_it_was() {
+    let mut sky = Sky::open();
+    let mut scene = uniform(50.0, 0.0, 0.0);
+    scene["domain"]["resolution"] = json!(256);
+    scene["layers"][0]["thickness"] = json!({ "kind": "stratocumulus" });
+    let job = sky.job(&scene, "irradiance", &[]);
+    let late = Watch { deadline: Some(std::time::Instant::now()), ..Watch::default() };
+    assert_eq!(sky.renderer.render(&job, &late).unwrap_err(), RenderError::Deadline);
+    let soon =
+        Watch { deadline: Some(std::time::Instant::now() + std::time::Duration::from_millis(5)), ..Watch::default() };
+    match sky.renderer.render(&job, &soon) {
+        Ok(_) | Err(RenderError::Deadline) => {}
+        Err(other) => panic!("{other}"),
+    }
+    assert!(sky.renderer.render(&job, &Watch::default()).is_ok());
+}
+
+#[test]
+fn backward_scatterers_look_as_monte_carlo_says() {
+    let mut sky = Sky::open();
+    let mut scene = uniform(50.0, 40.0, 0.0);
+    scene["domain"]["resolution"] = json!(1);
+    scene["layers"][0]["droplets"] = json!({ "henyey_greenstein": -0.9, "extinction_per_m": 0.05 });
+    for (zenith, azimuth) in [(45.0_f64, 5.0_f64), (20.0, 90.0), (60.0, 150.0)] {
+        for (view, side) in [("above", Side::Reflected), ("below", Side::Transmitted)] {
+            // The sun stands at 150 degrees, so its light travels towards 330.
+            let direction = format!("{zenith},{}", (330.0 + azimuth) % 360.0);
+            let found = sky.render(&scene, "cloud", &[("view", view), ("direction", &direction)]).data[1];
+            let channel = &sky.tables().channels[1];
+            let problem = SlabProblem {
+                optical_depth: 2.0,
+                albedo: 1.0,
+                phase: &channel.phase,
+                mu_sun: 50_f64.to_radians().cos(),
+            };
+            let seen = View { mu: zenith.to_radians().cos(), azimuth: azimuth.to_radians(), side };
+            let effort = Effort::photons(60_000, 3);
+            let truth = radiance(&problem, &[seen], &effort, &|_| (), &AtomicBool::new(false)).unwrap()[0].total;
+            let error = (f64::from(found) - truth.value).abs();
+            // The 1 % tables at a single point, and four standard errors.
+            let allowed = 0.03 * truth.value + 4.0 * truth.standard_error;
+            assert!(error < allowed, "{view} {direction}: {found}, traced {} +- {}", truth.value, truth.standard_error);
+        }
+    }
 }

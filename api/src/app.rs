@@ -19,6 +19,10 @@ use crate::skies::SkyStore;
 
 /// Images taken in or decoded at a time: each may need a few hundred megabytes.
 const IMAGE_WORK: usize = 2;
+/// Images received at a time: each may hold a body of the largest size.
+const UPLOADS: usize = 16;
+/// Tables made at a time: each uses all cores, and up to a gigabyte for the finest.
+const TABLE_WORK: usize = 2;
 
 /// What all requests share.
 pub struct App {
@@ -39,6 +43,8 @@ pub struct App {
     /// Tables being made or loaded.
     pub tables: SingleFlight<Result<Arc<MixTables>, ApiError>>,
     image_work: Semaphore,
+    uploads: Semaphore,
+    table_work: Semaphore,
     draining: AtomicBool,
     started: u64,
     requests: AtomicU64,
@@ -83,6 +89,8 @@ impl App {
             runs: SingleFlight::default(),
             tables: SingleFlight::default(),
             image_work: Semaphore::new(IMAGE_WORK),
+            uploads: Semaphore::new(UPLOADS),
+            table_work: Semaphore::new(TABLE_WORK),
             draining: AtomicBool::new(false),
             started,
             requests: AtomicU64::new(0),
@@ -102,6 +110,16 @@ impl App {
     /// Waits for leave to decode an image.
     pub async fn image_work(&self) -> Result<SemaphorePermit<'_>, ApiError> {
         self.image_work.acquire().await.map_err(|error| ApiError::Internal(error.to_string()))
+    }
+
+    /// Waits for leave to take in an image.
+    pub async fn upload(&self) -> Result<SemaphorePermit<'_>, ApiError> {
+        self.uploads.acquire().await.map_err(|error| ApiError::Internal(error.to_string()))
+    }
+
+    /// Waits for leave to make tables.
+    pub async fn table_work(&self) -> Result<SemaphorePermit<'_>, ApiError> {
+        self.table_work.acquire().await.map_err(|error| ApiError::Internal(error.to_string()))
     }
 
     /// Makes readiness end; everything else goes on.

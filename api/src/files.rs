@@ -10,6 +10,12 @@ const TEMPORARY: &str = ".tmp";
 
 /// Writes `bytes` to `path` so that no reader ever sees half of them, not even after a crash.
 pub fn write_atomically(path: &Path, bytes: &[u8]) -> io::Result<()> {
+    // Pipes and devices are written to, and links followed: what stands there is not to be replaced.
+    let found = fs::canonicalize(path);
+    let path = found.as_deref().unwrap_or(path);
+    if fs::metadata(path).is_ok_and(|found| !found.is_file()) {
+        return File::options().write(true).open(path).and_then(|mut file| file.write_all(bytes));
+    }
     let name = path.file_name().ok_or_else(|| io::Error::other("a file name is missing"))?;
     let number = COUNTER.fetch_add(1, Ordering::Relaxed);
     let temporary =

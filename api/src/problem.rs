@@ -243,7 +243,8 @@ impl Problem {
             return Self::new(&NO_ROUTE, NO_ROUTE.advice.to_owned(), Vec::new());
         }
         if status == StatusCode::METHOD_NOT_ALLOWED {
-            return Self::new(&METHOD, format!("allowed here: {}", allow.unwrap_or("nothing")), Vec::new());
+            let detail = allow.map_or_else(|| METHOD.advice.to_owned(), |allow| format!("allowed here: {allow}"));
+            return Self::new(&METHOD, detail, Vec::new());
         }
         if status == StatusCode::INTERNAL_SERVER_ERROR {
             return Self::new(&INTERNAL, INTERNAL.advice.to_owned(), Vec::new());

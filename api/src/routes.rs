@@ -129,14 +129,15 @@ fn describe(id: &str, scene: &Scene) -> Value {
 fn table_state(library: &TableLibrary, scene: &Scene) -> Value {
     let mixes = scene.mixes();
     let progress: Vec<_> = mixes.iter().map(|mix| (library.ready(mix), library.progress(mix))).collect();
-    let state = if progress.iter().all(|(ready, _)| *ready) {
-        "ready"
-    } else if progress.iter().any(|(_, building)| building.is_some()) {
+    let state = if progress.iter().any(|(_, building)| building.is_some()) {
         "building"
+    } else if progress.iter().all(|(ready, _)| *ready) {
+        "ready"
     } else {
         "new"
     };
-    let done: f64 = progress.iter().map(|(ready, part)| if *ready { 1.0 } else { part.unwrap_or(0.0) }).sum();
+    let part = |(ready, part): &(bool, Option<f64>)| part.unwrap_or(if *ready { 1.0 } else { 0.0 });
+    let done: f64 = progress.iter().map(part).sum();
     let count = if mixes.is_empty() { 1.0 } else { mixes.len() as f64 };
     json!({ "state": state, "progress": if mixes.is_empty() { 1.0 } else { done / count } })
 }
@@ -148,8 +149,10 @@ async fn store_image(State(app): State<Arc<App>>, request: Request) -> Result<Re
         let wanted = MEDIA_TYPES.join(", ");
         return Err(ApiError::MediaType(format!("Content-Type must be one of {wanted}, not {media_type:?}")));
     }
-    let _permit = app.image_work().await?;
+    // A body in hand before its turn to be decoded: clients that send slowly must not keep others from their images.
+    let _upload = app.upload().await?;
     let bytes = body::read(&parts.headers, body, app.config.limits.image_bytes, app.body_timeout()).await?;
+    let _permit = app.image_work().await?;
     let app = Arc::clone(&app);
     let stored = blocking(move || app.images.insert(&bytes)).await?;
     let status = if stored.is_new { StatusCode::CREATED } else { StatusCode::OK };

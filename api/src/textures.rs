@@ -18,7 +18,7 @@ use serde_json::json;
 use sha2::{Digest as _, Sha256};
 use skyloom::plan::{Choice, Plan, expected_error};
 use skyloom::render::Job;
-use skyloom::request::{Method, Request};
+use skyloom::request::{Method, Request, RequestError};
 use skyloom::scene::Scene;
 use skyloom::tables::MixTables;
 
@@ -49,11 +49,7 @@ pub async fn get(
     let request = Request::parse(texture, format, &query)?;
     request.check(&scene).map_err(|errors| ApiError::InvalidQuery(field_problems(errors)))?;
     check_side(&scene, &request, app.config.limits.max_side)?;
-    if request.method == Some(Method::Reference) {
-        // It takes minutes, and the one render thread with it.
-        let detail = "\"reference\" is for the command line: skyloom render --method reference".to_owned();
-        return Err(ApiError::InvalidQuery(vec![FieldProblem { pointer: "method".to_owned(), detail }]));
-    }
+    refuse_reference(&request)?;
 
     // Without an adapter there is no tag; one that is just being prepared is worth waiting for.
     if app.queue.adapter().is_none() {
@@ -72,6 +68,20 @@ pub async fn get(
     respond(&reply, &tag, server_timing(&reply.timings))
 }
 
+fn wrong(parameter: &str, detail: String) -> ApiError {
+    ApiError::InvalidQuery(vec![FieldProblem { pointer: parameter.to_owned(), detail }])
+}
+
+/// Monte Carlo takes minutes, and the one render thread with it.
+fn refuse_reference(request: &Request) -> Result<(), ApiError> {
+    match request.method {
+        Some(Method::Reference) => {
+            Err(wrong("method", "\"reference\" is for the command line: skyloom render --method reference".to_owned()))
+        }
+        _ => Ok(()),
+    }
+}
+
 /// Answers what a request for a texture would do: the query is that of the texture, and `texture` names it (`cloud` if
 /// nothing is said).
 pub async fn plan(
@@ -82,7 +92,12 @@ pub async fn plan(
     let scene = app.sky(&id).await?;
     let named = query.iter().position(|(name, _)| name == "texture");
     let texture = named.map_or_else(|| "cloud".to_owned(), |at| query.remove(at).1);
-    let request = Request::parse(&texture, "exr", &query)?;
+    let request = Request::parse(&texture, "exr", &query).map_err(|error| match error {
+        RequestError::UnknownTexture(_) => wrong("texture", error.to_string()),
+        other => other.into(),
+    })?;
+    refuse_reference(&request)?;
+    check_side(&scene, &request, app.config.limits.max_side)?;
     request.check(&scene).map_err(|errors| ApiError::InvalidQuery(field_problems(errors)))?;
     let choices = Plan::new(&request).explain(&scene, &request);
     let stage = |choice: &Choice| json!({ "stage": choice.stage, "choice": choice.choice, "reason": choice.reason, "error": choice.error });
@@ -185,18 +200,22 @@ async fn tables(
         // One blocking thread for each mix, however many requests wait for it. Tables once begun are finished: the next
         // request will want them too.
         let build = |_: Arc<AtomicBool>| {
-            let (library, mix) = (Arc::clone(&app.library), mix.clone());
-            blocking(move || {
-                let told = Mutex::new(Instant::now());
-                let tell = |part: f64| {
-                    let mut told = told.lock().unwrap_or_else(PoisonError::into_inner);
-                    if told.elapsed() > TELL_EVERY {
-                        *told = Instant::now();
-                        tracing::info!(mix = mix.describe(), percent = (100.0 * part).round(), "making tables");
-                    }
-                };
-                library.get(&mix, detail, &tell).map_err(|error| ApiError::Internal(format!("tables: {error}")))
-            })
+            let (app, library, mix) = (Arc::clone(app), Arc::clone(&app.library), mix.clone());
+            async move {
+                let _permit = app.table_work().await?;
+                blocking(move || {
+                    let told = Mutex::new(Instant::now());
+                    let tell = |part: f64| {
+                        let mut told = told.lock().unwrap_or_else(PoisonError::into_inner);
+                        if told.elapsed() > TELL_EVERY {
+                            *told = Instant::now();
+                            tracing::info!(mix = mix.describe(), percent = (100.0 * part).round(), "making tables");
+                        }
+                    };
+                    library.get(&mix, detail, &tell).map_err(|error| ApiError::Internal(format!("tables: {error}")))
+                })
+                .await
+            }
         };
         let built = app.tables.join(&format!("{} {detail:?}", mix.key()), build).await;
         tables.push(built.unwrap_or_else(|| Err(ApiError::Internal("making tables panicked".to_owned())))?);
@@ -211,6 +230,10 @@ async fn images(app: &Arc<App>, scene: &Scene) -> Result<HashMap<String, Arc<sky
     let references = scene.image_references();
     if references.is_empty() {
         return Ok(HashMap::new());
+    }
+    let recent = app.images.recent(&references);
+    if let Some(images) = recent {
+        return Ok(images);
     }
     let _permit = app.image_work().await?;
     let app = Arc::clone(app);

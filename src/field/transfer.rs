@@ -21,14 +21,14 @@ const CLOUDY_M: f64 = 1.0;
 /// The soft clip, in mean thicknesses: cumulus towers do not rise from a stratiform deck.
 const CLIP_MEANS: f64 = 2.5;
 /// Quantiles that stand for the whole field.
-const MAX_SAMPLES: usize = 1 << 17;
+const MAX_SAMPLES: usize = 1 << 15;
 /// Halvings of the search for the scale: to 2^-50 of its range.
 const HALVINGS: u32 = 50;
 
 impl Transfer {
     fn thickness(&self, water: f64) -> f64 {
         let free = self.scale_m * (water - self.threshold).max(0.0).sqrt();
-        free / (1.0 + (free / self.clip_m).powi(4)).powf(0.25)
+        free / (1.0 + (free / self.clip_m).powi(4)).sqrt().sqrt()
     }
 }
 

@@ -4,7 +4,7 @@ use super::{Job, RenderError, Texture};
 use crate::encode::Metadata;
 use crate::field::{Field, wind_offset};
 use crate::gpu::HostMap;
-use crate::gpu::layout::{Frame, MIN_COSINE};
+use crate::gpu::layout::{Frame, MIN_COSINE, View};
 use crate::image::{Image, ImageEncoding};
 use crate::light::{GridPlan, grid_plan};
 use crate::plan::Plan;
@@ -26,6 +26,8 @@ pub(super) struct Moment {
     /// Height of the highest top, metres.
     pub(super) top_m: f64,
     base_m: f64,
+    /// Of the thickness map.
+    texel_m: f64,
 }
 
 /// Cosine of the sun's zenith, 0 below the horizon.
@@ -59,6 +61,7 @@ impl Moment {
         let cosine = sun_cosine(scene);
         let day = if cosine > 0.0 { 1.0 } else { 0.0 };
         let map = [field.thickness.width, field.thickness.height];
+        let texel_m = extent_m / f64::from(map[0].max(map[1]));
         let offset = wind_offset(&layer.wind, job.request.time_s, extent_m);
         let frame = Frame {
             sun: rgb(direction, cosine.max(f64::from(MIN_COSINE))),
@@ -89,7 +92,7 @@ impl Moment {
             field.is_uniform() && !albedo_is_map,
             albedo_detail.max(map[0]).max(map[1]),
         );
-        Self { frame, plan, grid, extinction_per_m, top_m: base_m + f64::from(field.depth_m), base_m }
+        Self { frame, plan, grid, extinction_per_m, top_m: base_m + f64::from(field.depth_m), base_m, texel_m }
     }
 
     /// Height of the plane that a view's texels lie in.
@@ -98,6 +101,20 @@ impl Moment {
             Side::Below => self.base_m,
             Side::Above => self.top_m,
         }
+    }
+
+    /// Cuts of a marched ray, at most: a perspective view has all slopes.
+    pub(super) fn cuts(&self, view: &View, texture: TextureKind) -> f64 {
+        let up = match texture {
+            TextureKind::Thickness => return 1.0,
+            TextureKind::Shadow | TextureKind::Irradiance => self.frame.sun,
+            TextureKind::Cloud if view.towards[3] > 0.5 => return f64::from(self.frame.max_steps),
+            TextureKind::Cloud => view.towards,
+        };
+        let slope = f64::from(up[0]).hypot(up[1].into()) / f64::from(up[2].abs().max(MIN_COSINE));
+        // A line between texels in each of two directions.
+        let lines = 1.5 * slope * f64::from(self.frame.depth_m) / self.texel_m / f64::from(self.frame.step_texels);
+        lines.clamp(1.0, f64::from(self.frame.max_steps))
     }
 
     /// Names the tables of the layer's mix at its ratio of extinctions.
@@ -156,7 +173,8 @@ fn albedo(texel: &[f32], decode: bool) -> [f64; 3] {
 
 /// A map stretched over the domain, brought to a grid: the mean of as many bilinear samples as there are texels.
 fn resample(values: &[[f64; 3]], width: usize, height: usize, texels: usize) -> Vec<f32> {
-    let samples = width.max(height).div_ceil(texels);
+    // As many samples as there are texels of the image, in each direction of its own.
+    let (across, down) = (width.div_ceil(texels), height.div_ceil(texels));
     let at = |x: usize, y: usize| values[y * width + x];
     let sample = |u: f64, v: f64| {
         let (x, y) = (u * width as f64 - 0.5, v * height as f64 - 0.5);
@@ -172,13 +190,14 @@ fn resample(values: &[[f64; 3]], width: usize, height: usize, texels: usize) -> 
     let mut data = Vec::with_capacity(4 * texels * texels);
     for i in 0..texels * texels {
         let mut sum = [0.0; 3];
-        for s in 0..samples * samples {
-            let inside =
-                |texel: usize, part: usize| (texel as f64 + (part as f64 + 0.5) / samples as f64) / texels as f64;
-            let found = sample(inside(i % texels, s % samples), inside(i / texels, s / samples));
+        for s in 0..across * down {
+            let inside = |texel: usize, part: usize, parts: usize| {
+                (texel as f64 + (part as f64 + 0.5) / parts as f64) / texels as f64
+            };
+            let found = sample(inside(i % texels, s % across, across), inside(i / texels, s / across, down));
             (0..3).for_each(|c| sum[c] += found[c]);
         }
-        data.extend(rgb(sum.map(|value| value / (samples * samples) as f64), 0.0));
+        data.extend(rgb(sum.map(|value| value / (across * down) as f64), 0.0));
     }
     data
 }

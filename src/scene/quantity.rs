@@ -84,8 +84,9 @@ quantities! {
     NumberPerCm3: 0.01..=10_000.0, "per cm³";
     /// Real part of a refractive index.
     RefractiveIndex: 1.01..=2.0, "";
-    /// Asymmetry of the Henyey-Greenstein phase function.
-    Asymmetry: -0.98..=0.98, "";
+    /// Asymmetry of the Henyey-Greenstein phase function. Backward peaks are not scaled away as forward ones are, so
+    /// those narrower than the solver's directions resolve are refused.
+    Asymmetry: -0.9..=0.98, "";
     /// Wind speed.
     SpeedMS: 0.0..=200.0, "m/s";
     /// Wind speed of eddies, root mean square per axis.

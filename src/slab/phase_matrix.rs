@@ -24,8 +24,9 @@ impl ScaledMedium {
     pub fn new(albedo: f64, moments: &[f64], streams: usize) -> Self {
         let albedo = albedo.clamp(0.0, 1.0);
         let moment = |l: usize| moments.get(l).copied().unwrap_or(0.0);
-        // A negative cut-off moment (possible for smooth, nearly backward phase functions) would lengthen the path; nothing is cut then.
-        let f = moment(streams).clamp(0.0, 0.999);
+        // The cut-off moment of a forward peak; a backward one has moments of alternating sign, which the mean of two
+        // neighbours leaves out: it must not be cut as if it went forwards. What is negative would lengthen the path.
+        let f = (0.5 * (moment(streams) + moment(streams + 1))).clamp(0.0, 0.999);
         let scaled = (0..streams).map(|l| if l == 0 { 1.0 } else { (moment(l) - f) / (1.0 - f) }).collect();
         let depth_scale = 1.0 - albedo * f;
         // 1 - albedo' = (1 - albedo) / (1 - albedo f): formed from the loss, so that albedo 1 stays exactly 1.

@@ -124,7 +124,7 @@ fn the_plan_tells_what_a_tolerance_costs() {
     assert!(shade(&plan("")).contains("tabulated, fine"));
     assert!(shade(&plan("method=analytic")).contains("analytic"));
     assert!(plan("texture=irradiance&tolerance=0.01")["expected_error"].as_f64().unwrap() >= 0.0);
-    common.server.get(&format!("{sky}/plan?texture=fog")).problem(404);
+    common.server.get(&format!("{sky}/plan?texture=fog")).problem(422);
     common.server.get(&format!("{sky}/plan?tolerance=2")).problem(422);
 }
 
