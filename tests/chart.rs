@@ -97,3 +97,31 @@ fn charts_are_found_by_name() {
     }
     assert!(Chart::named("slabs").is_none());
 }
+
+/// A relative error in per cent, as the README writes it.
+fn per_cent(cell: &str) -> String {
+    let value = 100.0 * cell.parse::<f64>().unwrap();
+    match value {
+        10.0.. => format!("{value:.0} %"),
+        1.0.. => format!("{value:.1} %"),
+        _ => format!("{value:.2} %"),
+    }
+}
+
+#[test]
+fn the_readme_quotes_the_chart() {
+    let readme = include_str!("../README.md");
+    let chart = include_str!("../docs/charts/slab.csv");
+    let rows: Vec<Vec<&str>> = chart.lines().map(|line| line.split(',').collect()).collect();
+    let fast = rows.iter().filter(|row| row[1] == "all" && row[0] != "reference");
+    let mut found = 0;
+    for row in fast {
+        let errors: Vec<String> = row[5..11].iter().map(|cell| per_cent(cell)).collect();
+        let milliseconds: f64 = row[2].parse().unwrap();
+        let pairs: Vec<String> = errors.chunks(2).map(|pair| pair.join(", ")).collect();
+        let line = format!("| {} | {milliseconds:.0} | {} |", row[0], pairs.join(" | "));
+        assert!(readme.contains(&line), "the README lacks: {line}");
+        found += 1;
+    }
+    assert_eq!(found, 4);
+}
