@@ -68,8 +68,8 @@ quantities! {
     BaseM: 0.0..=20_000.0, "m";
     /// Geometric thickness of cloud.
     ThicknessM: 0.0..=100_000.0, "m";
-    /// Mean thickness of the cloudy part of a synthetic field; 4 km at most keeps its highest towers below 20 km.
-    MeanThicknessM: 0.0..=4000.0, "m";
+    /// Mean thickness of the cloudy part of a synthetic field; its soft clip at 2.5 means keeps towers within 100 km.
+    MeanThicknessM: 0.0..=40_000.0, "m";
     /// Part of the domain that has cloud.
     Coverage: 0.0..=1.0, "";
     /// Size of a convective cell.
