@@ -3,7 +3,6 @@
 //! `truth` solves slabs exactly, `medium` has each method in double precision, `errors` and `cost` measure; `slab`, `fluxes`,
 //! `radiance`, `modified` and `validity` are one chart each; `figure` draws.
 
-mod appendix;
 mod cost;
 mod csv;
 mod errors;

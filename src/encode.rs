@@ -15,7 +15,8 @@ pub struct Pixels<'a> {
     pub width: u32,
     /// Rows, at least 1.
     pub height: u32,
-    /// Names of the channels in the order of the data: `R`, or `R`, `G`, `B`, or `R`, `G`, `B`, `A`.
+    /// Names of the channels in the order of the data: `R`, or `R`, `G`, `B`, or `R`, `G`, `B`, `A`; for [`to_exr`] and
+    /// [`to_f32`] more may follow.
     pub channels: &'a [&'a str],
     /// `width * height * channels` linear values, row 0 (top, north) first, channels interleaved.
     pub data: &'a [f32],
@@ -119,11 +120,11 @@ pub enum EncodeError {
 
 impl Pixels<'_> {
     /// Checks shape and finiteness: what every encoder does first.
-    fn check(&self) -> Result<(), EncodeError> {
+    fn check(&self, most_channels: usize) -> Result<(), EncodeError> {
         let count = self.channels.len();
-        let known = matches!(self.channels, ["R"] | ["R", "G", "B"] | ["R", "G", "B", "A"]);
+        let known = matches!(self.channels, ["R"] | ["R", "G", "B"] | ["R", "G", "B", "A", ..]);
         let wanted = u64::from(self.width) * u64::from(self.height) * count as u64;
-        if !known || wanted == 0 || wanted != self.data.len() as u64 {
+        if !known || count > most_channels || wanted == 0 || wanted != self.data.len() as u64 {
             return Err(EncodeError::Shape {
                 width: self.width,
                 height: self.height,
@@ -151,6 +152,6 @@ impl Pixels<'_> {
 
 /// Raw values: little-endian 32-bit floats, top row first, channels interleaved, no header.
 pub fn to_f32(pixels: &Pixels<'_>) -> Result<Vec<u8>, EncodeError> {
-    pixels.check()?;
+    pixels.check(usize::MAX)?;
     Ok(pixels.data.iter().flat_map(|value| value.to_le_bytes()).collect())
 }

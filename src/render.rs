@@ -134,6 +134,8 @@ pub struct Texture {
     pub channels: &'static [&'static str],
     /// Linear values, row 0 (north) first, channels interleaved.
     pub data: Vec<f32>,
+    /// Method `reference`: standard errors of red, green and blue in the order of the texels, as the data is scaled.
+    pub standard_error: Option<Vec<f32>>,
     /// Value that a picture shows as white, before exposure.
     pub white: f32,
     /// Height of the plane that the texels lie in, metres.
@@ -217,15 +219,21 @@ impl Renderer {
         job.request.check(&job.scene).map_err(RenderError::Invalid)?;
         let mut clock = Clock::default();
         let size = job.request.size.unwrap_or(job.scene.domain.resolution);
-        let (data, white, plane_m) = match (job.scene.layers.first(), job.tables.first()) {
+        let Shaded { data, standard_error, white, plane_m } = match (job.scene.layers.first(), job.tables.first()) {
             (Some(_), Some(_)) => self.with_clouds(job, watch, size, &mut clock)?,
-            _ => (frame::clear_sky(&job.scene, &job.request, size), 1.0, 0.0),
+            _ => Shaded {
+                data: frame::clear_sky(&job.scene, &job.request, size),
+                standard_error: None,
+                white: 1.0,
+                plane_m: 0.0,
+            },
         };
         let mut texture = Texture {
             width: size,
             height: size,
             channels: job.request.texture.channels(),
             data,
+            standard_error,
             white: if job.request.texture == TextureKind::Thickness { white } else { self.white(job) },
             plane_m,
             timings: clock.timings,
@@ -235,13 +243,7 @@ impl Renderer {
         Ok(texture)
     }
 
-    fn with_clouds(
-        &mut self,
-        job: &Job,
-        watch: &Watch,
-        size: u32,
-        clock: &mut Clock,
-    ) -> Result<(Vec<f32>, f32, f64), RenderError> {
+    fn with_clouds(&mut self, job: &Job, watch: &Watch, size: u32, clock: &mut Clock) -> Result<Shaded, RenderError> {
         watch.look()?;
         let needs = job.request.texture;
         let lit = matches!(needs, TextureKind::Cloud | TextureKind::Irradiance);
@@ -283,12 +285,14 @@ impl Renderer {
         };
         let view = view(job, size, &moment)?;
         let mut data = clock.time("shade", || self.bands(needs, &inputs, &view, moment.cuts(&view, needs), watch))?;
+        let mut standard_error = None;
         if by_monte_carlo {
             let thickness = self.gpu.read_map(&field.thickness, 0, watch.deadline)?;
-            clock.time("reference", || exact::add_sunlight(job, &moment.frame, &view, &thickness, &mut data, watch))?;
+            let trace = || exact::add_sunlight(job, &moment.frame, &view, &thickness, &mut data, watch);
+            standard_error = Some(clock.time("reference", trace)?);
         }
         let plane_m = if needs == TextureKind::Cloud { moment.plane_m(&job.request) } else { 0.0 };
-        Ok((data, field.depth_m.max(1.0), plane_m))
+        Ok(Shaded { data, standard_error, white: field.depth_m.max(1.0), plane_m })
     }
 
     fn bands(
@@ -408,6 +412,15 @@ impl Renderer {
     }
 }
 
+/// Texels before what a request asks of finished ones.
+struct Shaded {
+    data: Vec<f32>,
+    standard_error: Option<Vec<f32>>,
+    /// White of a picture of the thickness.
+    white: f32,
+    plane_m: f64,
+}
+
 /// What a method keeps for one sun.
 enum Sun {
     Closure(Arc<Target>),
@@ -468,7 +481,7 @@ const LEAST_ALPHA: f32 = 1e-20;
 fn finish(texture: &mut Texture, request: &Request) {
     let (channels, scale) = (texture.channels.len(), request.scale as f32);
     let picture = request.format == Format::Png && request.encoding == request::Encoding::Srgb;
-    for texel in texture.data.chunks_mut(channels) {
+    for (i, texel) in texture.data.chunks_mut(channels).enumerate() {
         let (colour, alpha) = texel.split_at_mut(channels.min(3));
         // A picture's white goes with the light, so a scale would cancel.
         let mut factor = if picture { 1.0 } else { scale };
@@ -476,7 +489,8 @@ fn finish(texture: &mut Texture, request: &Request) {
             // Below this there is nothing to see, and the quotient would be noise or overflow.
             factor = if *alpha > LEAST_ALPHA { factor / alpha } else { 0.0 };
         }
-        colour.iter_mut().for_each(|value| *value = (*value * factor).min(f32::MAX));
+        let errors = texture.standard_error.iter_mut().flat_map(|errors| errors.iter_mut().skip(3 * i).take(3));
+        colour.iter_mut().chain(errors).for_each(|value| *value = (*value * factor).min(f32::MAX));
     }
 }
 
@@ -495,6 +509,9 @@ impl Clock {
     }
 }
 
+/// Channels of a cloud with the standard errors of its light as a layer of their own, as OpenEXR names them.
+const WITH_ERRORS: &[&str] = &["R", "G", "B", "A", "error.R", "error.G", "error.B"];
+
 /// The bytes of a file for a rendered texture, in the format that its request names.
 ///
 /// # Errors
@@ -512,7 +529,11 @@ pub fn encode(texture: &Texture, job: &Job) -> Result<Vec<u8>, EncodeError> {
         Format::F32 => encode::to_f32(&pixels),
         Format::Exr => {
             let depth = if request.depth == 32 { encode::Depth::Float } else { encode::Depth::Half };
-            encode::to_exr(&pixels, &frame::metadata(scene, request, texture), depth)
+            let metadata = frame::metadata(scene, request, texture);
+            let Some(errors) = &texture.standard_error else { return encode::to_exr(&pixels, &metadata, depth) };
+            let texels = texture.data.chunks(4).zip(errors.chunks(3));
+            let data: Vec<f32> = texels.flat_map(|(texel, error)| texel.iter().chain(error)).copied().collect();
+            encode::to_exr(&encode::Pixels { channels: WITH_ERRORS, data: &data, ..pixels }, &metadata, depth)
         }
         Format::Png => {
             let depth = if request.depth == 16 { encode::PictureDepth::Sixteen } else { encode::PictureDepth::Eight };

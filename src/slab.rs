@@ -6,6 +6,7 @@
 //! slab is homogeneous.
 
 pub mod analytic;
+pub(crate) mod appendix;
 pub mod closure;
 pub mod doubling;
 pub mod fluxes;

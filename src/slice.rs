@@ -2,8 +2,9 @@
 
 use crate::gpu::layout::Remainder;
 use crate::gpu::{Gpu, HostMap, Target};
-use crate::optics::Channel;
-use crate::slab::closure::{Closure, LowOrders};
+use crate::optics::{Channel, Mix};
+use crate::slab::appendix;
+use crate::slab::closure::{Closure, LowOrders, Totals};
 use crate::slab::fluxes::{DEPTH_COUNT, DEPTHS_PER_OCTAVE, FluxTable, MU_COUNT, root_mu};
 use crate::slab::phases::{AUREOLE_COLUMNS, AUREOLE_ROWS, PEAK_DEG, PHASE_COLUMNS, PhaseTables, phase_angle};
 use crate::slab::radiance::{Scaling, Side, Slice, TableSize, aureole};
@@ -136,6 +137,15 @@ pub(crate) fn without_peak(channel: &Channel, phases: &PhaseTables) -> (f64, f64
     (1.0 - forward, (channel.albedo - forward) / (1.0 - forward))
 }
 
+/// What method "analytic" closes its orders against: the paper's own fit for the paper's own droplets, so that it stays the model
+/// of 2006 there, exact fluxes for all others.
+pub(crate) fn totals<'a>(mix: &Mix, channel: &Channel, fluxes: &'a FluxTable) -> Totals<'a> {
+    match appendix::metres_per_depth(mix, channel.cross_section_um2) {
+        Some(metres_per_depth) => Totals::Fitted { metres_per_depth },
+        None => Totals::Exact(fluxes),
+    }
+}
+
 /// The closure of the orders for one sun, as a texture: columns of optical depth at 550 nm, [`CLOSURE_ROWS`] rows.
 pub fn closure(tables: &MixTables, ratio: [f64; 3], cosine_sun: f64) -> HostMap {
     let closures: Vec<Closure> = (0..3)
@@ -144,7 +154,7 @@ pub fn closure(tables: &MixTables, ratio: [f64; 3], cosine_sun: f64) -> HostMap 
             let (channel, phases) = (&tables.channels[c], &tables.phases[c]);
             let (smooth_part, albedo) = without_peak(channel, phases);
             LowOrders {
-                table: &tables.fluxes[c],
+                totals: totals(&tables.mix, channel, &tables.fluxes[c]),
                 albedo,
                 forward_fraction: 1.0 - smooth_part,
                 forward_edge: PEAK_DEG.to_radians(),

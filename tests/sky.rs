@@ -317,3 +317,30 @@ fn backward_scatterers_look_as_monte_carlo_says() {
         }
     }
 }
+
+/// Ten seeds of the Monte Carlo method: the same seed gives the same bits, others scatter as their standard errors say.
+#[test]
+fn reference_tells_its_own_noise() {
+    let mut sky = Sky::open();
+    let scene = uniform(40.0, 60.0, 0.0);
+    let mut run = |seed: &str, scale: &str| {
+        sky.render(&scene, "cloud", &[("method", "reference"), ("size", "1"), ("seed", seed), ("scale", scale)])
+    };
+    let first = run("1", "1");
+    assert_eq!((&first.data, &first.standard_error), (&run("1", "1").data, &run("1", "1").standard_error));
+    let doubled = run("1", "2").standard_error.unwrap();
+    let found: Vec<(f64, f64)> = (1..=10)
+        .map(|seed| {
+            let texture = run(&seed.to_string(), "1");
+            (f64::from(texture.data[1]), f64::from(texture.standard_error.unwrap()[1]))
+        })
+        .collect();
+    assert!((doubled[1] / found[0].1 as f32 - 2.0).abs() < 1e-5, "errors are scaled as the light is");
+    let mean = found.iter().map(|(value, _)| value).sum::<f64>() / 10.0;
+    let spread = (found.iter().map(|(value, _)| (value - mean).powi(2)).sum::<f64>() / 9.0).sqrt();
+    let told = found.iter().map(|(_, error)| error).sum::<f64>() / 10.0;
+    // The spread of ten values is itself known to a quarter: three of those.
+    assert!(spread > 0.25 * told && spread < 1.75 * told, "values scatter by {spread}, errors say {told}");
+    // The default tolerance of 0.02 asks for half of it.
+    assert!(told < 0.011 * mean, "{told} of {mean}");
+}

@@ -39,8 +39,11 @@ const MOST_PAIRS: u64 = 400_000;
 /// A method of computing slab light, with the size of its tables.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SlabMethod {
-    /// Closed forms of the first orders, closed against exact fluxes: Bouthors et al. 2006, repaired.
+    /// Closed forms of the first orders: Bouthors et al. 2006, repaired. Closed against the paper's fluxes for its droplets, against
+    /// exact ones for others.
     Analytic,
+    /// The same closed against exact fluxes for all droplets.
+    AnalyticExact,
     /// Tables of 23 x 33 x 33 x 19 nodes.
     Coarse,
     /// Tables of 35 x 33 x 33 x 37 nodes.
@@ -53,13 +56,15 @@ pub enum SlabMethod {
 
 impl SlabMethod {
     /// Every method, from the fastest to the most exact.
-    pub const ALL: [Self; 5] = [Self::Analytic, Self::Coarse, Self::Fine, Self::Finest, Self::Reference];
+    pub const ALL: [Self; 6] =
+        [Self::Analytic, Self::AnalyticExact, Self::Coarse, Self::Fine, Self::Finest, Self::Reference];
 
     /// Its name in tables and pictures.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
             Self::Analytic => "analytic",
+            Self::AnalyticExact => "analytic with exact fluxes",
             Self::Coarse => "tabulated coarse",
             Self::Fine => "tabulated fine",
             Self::Finest => "tabulated finest",
@@ -72,7 +77,7 @@ impl SlabMethod {
             Self::Coarse => Some(TableSize::COARSE),
             Self::Fine => Some(TableSize::FINE),
             Self::Finest => Some(TableSize::FINEST),
-            Self::Analytic | Self::Reference => None,
+            Self::Analytic | Self::AnalyticExact | Self::Reference => None,
         }
     }
 }
@@ -148,7 +153,7 @@ pub fn slab_errors(
         let table = method.size().map(|size| medium.table(size));
         found.push(match method {
             SlabMethod::Reference => by_monte_carlo(&medium, &truth, &near, [&suns, &views], &mut random)?,
-            _ => by_method(&medium, table.as_ref(), &truth, &near, [&suns, &views], &azimuths),
+            _ => by_method(&medium, (*method, table.as_ref()), &truth, &near, [&suns, &views], &azimuths),
         });
         progress(0.6 + 0.4 * found.len() as f64 / methods.len() as f64);
     }
@@ -156,23 +161,29 @@ pub fn slab_errors(
 }
 
 /// A method under one sun.
-fn prepared<'a>(medium: &'a Medium, table: Option<&RadianceTable>, mu_sun: f64) -> Box<dyn Radiance + 'a> {
+fn prepared<'a>(
+    medium: &'a Medium,
+    method: SlabMethod,
+    table: Option<&RadianceTable>,
+    mu_sun: f64,
+) -> Box<dyn Radiance + 'a> {
     match table {
         Some(table) => Box::new(medium.tabulated(table, mu_sun)),
+        None if method == SlabMethod::AnalyticExact => Box::new(medium.analytic_exact(mu_sun)),
         None => Box::new(medium.analytic(mu_sun)),
     }
 }
 
 fn by_method(
     medium: &Medium,
-    table: Option<&RadianceTable>,
+    (method, table): (SlabMethod, Option<&RadianceTable>),
     truth: &Truth<'_>,
     near: &NearSun,
     [suns, views]: [&[f64]; 2],
     azimuths: &[f64],
 ) -> SlabErrors {
     let of_sun = |(sun, mu_sun): (usize, &f64)| {
-        let method = prepared(medium, table, *mu_sun);
+        let prepared = prepared(medium, method, table, *mu_sun);
         let mut errors = SlabErrors::default();
         for (view, mu_view) in views.iter().enumerate() {
             for azimuth in azimuths.iter().skip(sun * views.len() + view).step_by(suns.len() * views.len()) {
@@ -180,7 +191,7 @@ fn by_method(
                 for (at, depth) in truth.depths().iter().enumerate() {
                     let exact = truth.radiance(at, sun, view, *azimuth);
                     let error =
-                        |side: Side| method.radiance(side, *depth, *mu_view, *azimuth) / exact[side as usize] - 1.0;
+                        |side: Side| prepared.radiance(side, *depth, *mu_view, *azimuth) / exact[side as usize] - 1.0;
                     errors.reflected.push(error(Side::Reflected));
                     if far {
                         errors.transmitted.push(error(Side::Transmitted));
@@ -197,8 +208,8 @@ fn by_method(
         .cases
         .iter()
         .map(|case| {
-            let method = prepared(medium, table, case.mu_sun);
-            method.radiance(Side::Transmitted, case.depth, case.mu_view, case.azimuth) / case.exact - 1.0
+            let prepared = prepared(medium, method, table, case.mu_sun);
+            prepared.radiance(Side::Transmitted, case.depth, case.mu_view, case.azimuth) / case.exact - 1.0
         })
         .collect();
     errors

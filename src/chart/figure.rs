@@ -14,6 +14,8 @@ pub(super) const BLUE: RGBColor = RGBColor(51, 102, 190);
 pub(super) const RED: RGBColor = RGBColor(214, 69, 80);
 pub(super) const GREEN: RGBColor = RGBColor(34, 136, 51);
 pub(super) const ORANGE: RGBColor = RGBColor(230, 130, 20);
+pub(super) const BROWN: RGBColor = RGBColor(140, 86, 60);
+pub(super) const TEAL: RGBColor = RGBColor(0, 150, 160);
 pub(super) const PURPLE: RGBColor = RGBColor(150, 50, 130);
 
 /// Pattern of a line.

@@ -4,10 +4,11 @@ use std::f64::consts::PI;
 use std::sync::atomic::AtomicBool;
 
 use super::csv::Csv;
-use super::figure::{Axis, BLACK, BLUE, Dash, Figure, GREEN, Key, Mark, ORANGE, Panel, RED, Stroke};
-use super::medium::{Medium, droplets};
-use super::{ChartError, ChartFile, appendix};
+use super::figure::{Axis, BLACK, BLUE, Dash, Figure, GREEN, GREY, Key, Mark, ORANGE, Panel, RED, Stroke};
+use super::medium::{Analytic, Medium, droplets};
+use super::{ChartError, ChartFile};
 use crate::reference::monte_carlo::{self, Effort, Estimate, SlabProblem};
+use crate::slab::appendix;
 use crate::slab::radiance::Side;
 use crate::tables::TableLibrary;
 use plotters::style::RGBColor;
@@ -33,9 +34,11 @@ fn with_sum(orders: [f64; 4]) -> [f64; 5] {
 
 struct Point {
     thickness_m: f64,
-    exact: [f64; 2],
+    /// By the tables of fluxes: all orders.
+    tabulated: [f64; 2],
     monte_carlo: Option<[[Estimate; 5]; 2]>,
-    ours: Orders,
+    analytic: Orders,
+    analytic_exact: Orders,
     repaired: Orders,
     printed: Orders,
 }
@@ -47,10 +50,11 @@ pub(super) fn make(library: &TableLibrary, progress: &(dyn Fn(f64) + Sync)) -> R
         "order",
         "sun_zenith_deg",
         "thickness_m",
-        "exact",
+        "tabulated",
         "monte_carlo",
         "monte_carlo_error",
         "analytic",
+        "analytic_exact_fluxes",
         "paper_repaired",
         "paper_printed",
     ]);
@@ -69,10 +73,11 @@ pub(super) fn make(library: &TableLibrary, progress: &(dyn Fn(f64) + Sync)) -> R
                         &[
                             Some(*sun),
                             Some(point.thickness_m),
-                            (order == 4).then_some(point.exact[at]),
+                            (order == 4).then_some(point.tabulated[at]),
                             estimate.map(|estimate| estimate.value),
                             estimate.map(|estimate| estimate.standard_error),
-                            Some(point.ours[at][order]),
+                            Some(point.analytic[at][order]),
+                            Some(point.analytic_exact[at][order]),
                             Some(point.repaired[at][order]),
                             Some(point.printed[at][order]),
                         ],
@@ -93,20 +98,19 @@ fn points(medium: &Medium, sun_deg: f64, progress: &dyn Fn(f64)) -> Result<Vec<P
     let mu_sun = sun_deg.to_radians().cos();
     let (smooth_part, smooth_albedo) = medium.without_peak();
     let rest = medium.phase_without_peak()?;
-    let analytic = medium.analytic(mu_sun);
+    let (analytic, analytic_exact) = (medium.analytic(mu_sun), medium.analytic_exact(mu_sun));
     let mut points = Vec::new();
     for step in 0..=STEPS {
         let thickness_m = THICKNESS_M[0] * (THICKNESS_M[1] / THICKNESS_M[0]).powf(step as f64 / STEPS as f64);
         let depth = medium.extinction_per_m() * thickness_m;
         let beam = medium.fluxes.beam(depth, mu_sun);
-        let low = medium.with_low_orders(|orders| orders.fluxes(&[depth], mu_sun));
-        let low = low.first().copied().unwrap_or_default();
-        let ours = |side: Side| {
+        let low = medium.low_orders(depth, mu_sun);
+        let by_order = |method: &Analytic<'_>, side: Side| {
             let (low, direct) = match side {
                 Side::Reflected => (low.reflected, 0.0),
                 Side::Transmitted => (low.transmitted, (-smooth_part * depth / mu_sun).exp()),
             };
-            let [first, second, higher] = analytic.factors(side, depth);
+            let [first, second, higher] = method.factors(side, depth);
             with_sum([direct, first * low[0], second * low[1], higher * PI / mu_sun])
         };
         let both = |fluxes: appendix::OrderFluxes| [with_sum(fluxes.reflected), with_sum(fluxes.transmitted)];
@@ -123,9 +127,10 @@ fn points(medium: &Medium, sun_deg: f64, progress: &dyn Fn(f64)) -> Result<Vec<P
         };
         points.push(Point {
             thickness_m,
-            exact: [beam.reflectance, beam.transmittance],
+            tabulated: [beam.reflectance, beam.transmittance],
             monte_carlo: found,
-            ours: Side::BOTH.map(ours),
+            analytic: Side::BOTH.map(|side| by_order(&analytic, side)),
+            analytic_exact: Side::BOTH.map(|side| by_order(&analytic_exact, side)),
             repaired: both(appendix::repaired(thickness_m, sun_deg, smooth_part * medium.extinction_per_m())),
             printed: both(appendix::printed(thickness_m, sun_deg)),
         });
@@ -137,6 +142,8 @@ fn points(medium: &Medium, sun_deg: f64, progress: &dyn Fn(f64)) -> Result<Vec<P
 fn panel(points: &[Point], side: Side, sun_deg: f64) -> Panel {
     let mut marks = Vec::new();
     let at = side as usize;
+    let tabulated = points.iter().map(|point| [point.thickness_m, point.tabulated[at]]).collect();
+    marks.push(Mark::Line(tabulated, Stroke::solid(GREY, 5.0)));
     for (order, (_, colour)) in ORDERS.iter().enumerate() {
         if side == Side::Reflected && order == 0 {
             continue;
@@ -147,7 +154,7 @@ fn panel(points: &[Point], side: Side, sun_deg: f64) -> Panel {
         };
         marks.push(line(&|point| point.printed[at][order], 1.4, Dash::Dotted));
         marks.push(line(&|point| point.repaired[at][order], 1.4, Dash::Dashed));
-        marks.push(line(&|point| point.ours[at][order], 2.0, Dash::Solid));
+        marks.push(line(&|point| point.analytic[at][order], 2.0, Dash::Solid));
         let dots = points.iter().filter_map(|point| {
             let estimate = point.monte_carlo?[at][order];
             Some([point.thickness_m, estimate.value, estimate.standard_error])
@@ -165,6 +172,7 @@ fn panel(points: &[Point], side: Side, sun_deg: f64) -> Panel {
 fn picture(panels: Vec<Panel>) -> Figure {
     let orders = ORDERS.iter().map(|(name, colour)| (Key::Line(Stroke::solid(*colour, 2.5)), (*name).to_owned()));
     let styles = vec![
+        (Key::Line(Stroke::solid(GREY, 5.0)), "tables of fluxes: all".to_owned()),
         (Key::Line(Stroke::solid(BLACK, 2.0)), "method analytic".to_owned()),
         (Key::Line(Stroke::dashed(BLACK, 1.4)), "paper's fit, repaired".to_owned()),
         (Key::Line(Stroke::dotted(BLACK, 1.4)), "paper's fit as printed".to_owned()),

@@ -5,25 +5,25 @@ use std::f64::consts::PI;
 use super::ChartError;
 use crate::optics::{Channel, Mix, PhaseFunction};
 use crate::slab::analytic::{order1_reflected, order1_transmitted, order2_reflected, order2_transmitted};
-use crate::slab::closure::{Closure, LowOrders};
+use crate::slab::appendix::DROPLETS_PER_M3;
+use crate::slab::closure::{Closure, LowOrders, OrderFluxes, Totals};
 use crate::slab::fluxes::{DEPTHS_PER_OCTAVE, FIRST_LOG2_DEPTH, FluxTable};
 use crate::slab::phases::{
     self, AUREOLE_COLUMNS, AUREOLE_HALF_SIN_MAX, AUREOLE_LOG2_MIN, AUREOLE_ROWS, AUREOLE_ROWS_PER_OCTAVE, PEAK_DEG,
     PhaseTables,
 };
 use crate::slab::radiance::{Aureole, Completion, RadianceTable, Scaling, Side, Slice, TableSize};
-use crate::slice::without_peak;
+use crate::slice::{totals, without_peak};
 use crate::tables::TableLibrary;
 
 /// Red, green, blue.
 const WAVELENGTHS: [&str; 3] = ["650 nm", "550 nm", "450 nm"];
-/// Droplets per cubic metre of the paper's cloud.
-const DROPLETS_PER_M3: f64 = 3e8;
 
 /// One colour channel of a droplet mix.
 #[derive(Clone, Debug)]
 pub(super) struct Medium {
     pub(super) name: String,
+    mix: Mix,
     pub(super) channel: Channel,
     pub(super) fluxes: FluxTable,
     phases: PhaseTables,
@@ -51,6 +51,7 @@ impl Medium {
         let aureole = Aureole::build(channel.albedo, &channel.moments);
         Ok(Self {
             name,
+            mix: mix.clone(),
             fluxes: tables.fluxes[colour].clone(),
             phases: tables.phases[colour].clone(),
             aureole,
@@ -74,11 +75,11 @@ impl Medium {
         cut.map(|cut| cut.rest).ok_or_else(|| ChartError::Drawing(format!("{} has no forward peak", self.name)))
     }
 
-    /// The low orders of method "analytic".
-    pub(super) fn with_low_orders<T>(&self, use_them: impl FnOnce(&LowOrders<'_>) -> T) -> T {
+    /// The low orders of method "analytic", closed against `totals`.
+    fn with_low_orders<T>(&self, totals: Totals<'_>, use_them: impl FnOnce(&LowOrders<'_>) -> T) -> T {
         let (smooth_part, albedo) = self.without_peak();
         use_them(&LowOrders {
-            table: &self.fluxes,
+            totals,
             albedo,
             forward_fraction: 1.0 - smooth_part,
             forward_edge: PEAK_DEG.to_radians(),
@@ -87,9 +88,24 @@ impl Medium {
         })
     }
 
-    /// Method "analytic" for one sun.
+    /// Fluxes of orders 1 and 2 of method "analytic" before they are closed.
+    pub(super) fn low_orders(&self, depth: f64, mu_sun: f64) -> OrderFluxes {
+        let found = self.with_low_orders(Totals::Exact(&self.fluxes), |orders| orders.fluxes(&[depth], mu_sun));
+        found.first().copied().unwrap_or_default()
+    }
+
+    /// Method "analytic" for one sun: of the paper's droplets with the paper's fluxes.
     pub(super) fn analytic(&self, mu_sun: f64) -> Analytic<'_> {
-        Analytic { medium: self, mu_sun, closure: self.with_low_orders(|orders| orders.close(mu_sun)) }
+        self.closed(mu_sun, totals(&self.mix, &self.channel, &self.fluxes))
+    }
+
+    /// Method "analytic" for one sun with exact fluxes for every medium.
+    pub(super) fn analytic_exact(&self, mu_sun: f64) -> Analytic<'_> {
+        self.closed(mu_sun, Totals::Exact(&self.fluxes))
+    }
+
+    fn closed(&self, mu_sun: f64, totals: Totals<'_>) -> Analytic<'_> {
+        Analytic { medium: self, mu_sun, closure: self.with_low_orders(totals, |orders| orders.close(mu_sun)) }
     }
 
     /// Tables of method "tabulated".
@@ -135,6 +151,13 @@ impl Analytic<'_> {
 
     /// The radiance with other factors than the closure's.
     pub(super) fn assembled(&self, side: Side, depth: f64, mu_view: f64, azimuth: f64, factors: Factors) -> f64 {
+        let angle = side.scattering_cosine(self.mu_sun, mu_view, azimuth).acos();
+        let forward = if side == Side::Transmitted { self.forward_light(angle, depth / mu_view) } else { 0.0 };
+        self.scattered(side, depth, mu_view, azimuth, factors) + forward
+    }
+
+    /// The same without light that met the forward peak alone.
+    pub(super) fn scattered(&self, side: Side, depth: f64, mu_view: f64, azimuth: f64, factors: Factors) -> f64 {
         let medium = self.medium;
         let (smooth_part, albedo) = medium.without_peak();
         let angle = side.scattering_cosine(self.mu_sun, mu_view, azimuth).acos();
@@ -151,8 +174,7 @@ impl Analytic<'_> {
         };
         let once = albedo * PhaseTables::value(&medium.phases.once, angle) * order1;
         let twice = albedo * albedo * PhaseTables::value(&medium.phases.twice, angle) * order2;
-        let forward = if side == Side::Transmitted { self.forward_light(angle, depth / mu_view) } else { 0.0 };
-        factors[0] * once + factors[1] * twice + factors[2] + forward
+        factors[0] * once + factors[1] * twice + factors[2]
     }
 
     /// Light that met the forward peak alone, over a path of true optical depth.

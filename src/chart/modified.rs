@@ -8,12 +8,14 @@ use rayon::prelude::*;
 
 use super::csv::Csv;
 use super::errors::view;
-use super::figure::{Axis, BLACK, BLUE, Figure, GREEN, Key, Mark, ORANGE, PURPLE, Panel, RED, Stroke};
+use super::figure::{
+    Axis, BLACK, BLUE, BROWN, Figure, GREEN, GREY, Key, Mark, ORANGE, PURPLE, Panel, RED, Stroke, TEAL,
+};
 use super::fluxes::side_name;
-use super::medium::{Medium, droplets};
+use super::medium::{Medium, Radiance as _, droplets};
 use super::{ChartError, ChartFile};
 use crate::reference::monte_carlo::{self, Effort, RadianceEstimate, SlabProblem};
-use crate::slab::radiance::Side;
+use crate::slab::radiance::{Side, TableSize};
 use crate::tables::TableLibrary;
 use plotters::style::RGBColor;
 
@@ -42,6 +44,9 @@ type Sums = ([f64; 6], f64);
 struct Row {
     view_deg: i32,
     sums: [[Sums; 2]; 2],
+    /// Method analytic: orders 1 to 2, all; method tabulated: all. By side.
+    analytic: [[f64; 2]; 2],
+    tabulated: [f64; 2],
 }
 
 pub(super) fn make(library: &TableLibrary, progress: &(dyn Fn(f64) + Sync)) -> Result<Vec<ChartFile>, ChartError> {
@@ -53,6 +58,8 @@ pub(super) fn make(library: &TableLibrary, progress: &(dyn Fn(f64) + Sync)) -> R
     let whole =
         SlabProblem { optical_depth: depth, albedo: medium.channel.albedo, phase: &medium.channel.phase, mu_sun };
     let modified = SlabProblem { optical_depth: smooth_part * depth, albedo: smooth_albedo, phase: &rest, mu_sun };
+    let table = medium.table(TableSize::FINE);
+    let (tabulated, analytic) = (medium.tabulated(&table, mu_sun), medium.analytic(mu_sun));
     let angles: Vec<i32> = (-LAST_DEG..=LAST_DEG).filter(|angle| angle % STEP_DEG == 0).collect();
     let done = std::sync::atomic::AtomicUsize::new(0);
     let row = |view_deg: i32| {
@@ -66,7 +73,18 @@ pub(super) fn make(library: &TableLibrary, progress: &(dyn Fn(f64) + Sync)) -> R
                 _ => Err(ChartError::Drawing("two views were asked for".to_owned())),
             }
         };
-        let row = Row { view_deg, sums: [sums(&whole)?, sums(&modified)?] };
+        let low_and_all = |side: Side| {
+            let [first, second, higher] = analytic.factors(side, depth);
+            // Light inside the forward peak counts as not scattered here: it is in no order.
+            let of = |factors| analytic.scattered(side, depth, mu_view, azimuth, factors);
+            [of([first, second, 0.0]), of([first, second, higher])]
+        };
+        let row = Row {
+            view_deg,
+            sums: [sums(&whole)?, sums(&modified)?],
+            analytic: Side::BOTH.map(low_and_all),
+            tabulated: Side::BOTH.map(|side| tabulated.radiance(side, depth, mu_view, azimuth)),
+        };
         let number = done.fetch_add(1, std::sync::atomic::Ordering::Relaxed) + 1;
         progress(number as f64 / angles.len() as f64);
         Ok(row)
@@ -94,6 +112,17 @@ pub(super) fn make(library: &TableLibrary, progress: &(dyn Fn(f64) + Sync)) -> R
                 csv.row(&[side_name(side), name], &numbers);
             }
         }
+        for row in &rows {
+            let [low, all] = row.analytic[side as usize];
+            let mut numbers = [None; 8];
+            (numbers[0], numbers[2], numbers[6]) = (Some(f64::from(row.view_deg)), Some(low), Some(all));
+            csv.row(&[side_name(side), "method analytic"], &numbers);
+        }
+        for row in &rows {
+            let mut numbers = [None; 8];
+            (numbers[0], numbers[6]) = (Some(f64::from(row.view_deg)), Some(row.tabulated[side as usize]));
+            csv.row(&[side_name(side), "method tabulated"], &numbers);
+        }
     }
     let figure = picture(&rows);
     Ok(vec![figure.draw("slab-modified")?, ChartFile { name: "slab-modified.csv".to_owned(), bytes: csv.into_bytes() }])
@@ -116,6 +145,13 @@ fn picture(rows: &[Row]) -> Figure {
         };
         let mut marks: Vec<Mark> = (0..SUMS.len()).map(|sum| line(0, sum, Stroke::solid(SUMS[sum].1, 1.8))).collect();
         marks.extend([1, 0].map(|sum| line(1, sum, Stroke::dashed(SUMS[sum].1, 2.0))));
+        let model = |value: &dyn Fn(&Row) -> f64, stroke: Stroke| {
+            Mark::Line(rows.iter().map(|row| [f64::from(row.view_deg), value(row)]).collect(), stroke)
+        };
+        let at = side as usize;
+        marks.push(model(&|row| row.analytic[at][0], Stroke::dotted(GREY, 2.2)));
+        marks.push(model(&|row| row.analytic[at][1], Stroke::dotted(BROWN, 2.2)));
+        marks.push(model(&|row| row.tabulated[at], Stroke::dashed(TEAL, 2.2)));
         let dots = rows.iter().map(|row| {
             let (sums, error) = row.sums[1][side as usize];
             [f64::from(row.view_deg), sums[5], error]
@@ -143,7 +179,7 @@ fn picture(rows: &[Row]) -> Figure {
             "Droplets of 7 µm, 300 per cm³, 550 nm; {THICKNESS_M} m, sun at {SUN_DEG}°; Monte Carlo. Without the peak, scattering by less \
              than 5° counts as none"
         ),
-        size: [1100, 520],
+        size: [1100, 560],
         columns: 2,
         panels: Side::BOTH.map(panel).to_vec(),
         legend: vec![
@@ -152,6 +188,11 @@ fn picture(rows: &[Row]) -> Figure {
                 (Key::Line(Stroke::solid(BLACK, 1.8)), "whole phase function".to_owned()),
                 (Key::Line(Stroke::dashed(BLACK, 2.0)), "without its peak: order 1, orders 1 to 2".to_owned()),
                 (Key::Dot { colour: BLACK, ring: true }, "without its peak: all orders".to_owned()),
+            ],
+            vec![
+                (Key::Line(Stroke::dotted(GREY, 2.2)), "method analytic, orders 1 to 2".to_owned()),
+                (Key::Line(Stroke::dotted(BROWN, 2.2)), "method analytic, all orders".to_owned()),
+                (Key::Line(Stroke::dashed(TEAL, 2.2)), "method tabulated, all orders".to_owned()),
             ],
         ],
         scale: None,

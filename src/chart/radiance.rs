@@ -7,12 +7,13 @@ use rayon::prelude::*;
 
 use super::csv::Csv;
 use super::errors::{far_from_sun, view};
-use super::figure::{Axis, BLACK, BLUE, Figure, GREEN, Key, Mark, ORANGE, Panel, RED, Stroke};
+use super::figure::{Axis, BLACK, BLUE, BROWN, Figure, GREEN, Key, Mark, ORANGE, Panel, RED, Stroke};
 use super::fluxes::side_name;
 use super::medium::{Medium, Radiance as _, droplets};
 use super::truth::{Truth, USUAL};
-use super::{ChartError, ChartFile, appendix};
+use super::{ChartError, ChartFile};
 use crate::reference::monte_carlo::{self, Effort, Estimate, SlabProblem};
+use crate::slab::appendix;
 use crate::slab::radiance::{Side, TableSize};
 use crate::tables::TableLibrary;
 
@@ -33,6 +34,7 @@ struct Row {
     monte_carlo: Option<[Estimate; 2]>,
     tabulated: [f64; 2],
     analytic: [f64; 2],
+    analytic_exact: [f64; 2],
     paper: [f64; 2],
 }
 
@@ -48,6 +50,7 @@ pub(super) fn make(library: &TableLibrary, progress: &(dyn Fn(f64) + Sync)) -> R
         "monte_carlo_error",
         "tabulated_fine",
         "analytic",
+        "analytic_exact_fluxes",
         "paper_repaired",
     ]);
     let mut panels = Vec::new();
@@ -69,6 +72,7 @@ pub(super) fn make(library: &TableLibrary, progress: &(dyn Fn(f64) + Sync)) -> R
                         run.map(|run| run.standard_error),
                         Some(row.tabulated[at]),
                         Some(row.analytic[at]),
+                        Some(row.analytic_exact[at]),
                         Some(row.paper[at]),
                     ],
                 );
@@ -93,6 +97,7 @@ fn rows(
     let truth = Truth::new(medium, USUAL, depth, 1, &[mu_sun], &views, &|part| progress(0.5 * part));
     let table = medium.table(TableSize::FINE);
     let (tabulated, analytic) = (medium.tabulated(&table, mu_sun), medium.analytic(mu_sun));
+    let analytic_exact = medium.analytic_exact(mu_sun);
     let (smooth_part, _) = medium.without_peak();
     let fluxes = appendix::repaired(thickness_m, sun_deg, smooth_part * medium.extinction_per_m());
     let row = |view_deg: i32| {
@@ -127,6 +132,7 @@ fn rows(
             monte_carlo: runs,
             tabulated: Side::BOTH.map(|side| tabulated.radiance(side, depth, mu_view, azimuth)),
             analytic: Side::BOTH.map(|side| analytic.radiance(side, depth, mu_view, azimuth)),
+            analytic_exact: Side::BOTH.map(|side| analytic_exact.radiance(side, depth, mu_view, azimuth)),
             paper: Side::BOTH.map(paper),
         })
     };
@@ -147,6 +153,7 @@ fn panel(rows: &[Row], side: Side, thickness_m: f64, sun_deg: f64) -> Panel {
     let marks = vec![
         line(&|row| row.exact[at].unwrap_or(f64::NAN), Stroke::solid(BLACK, 3.4)),
         line(&|row| row.paper[at], Stroke::dotted(GREEN, 1.8)),
+        line(&|row| row.analytic_exact[at], Stroke::solid(BROWN, 1.7)),
         line(&|row| row.analytic[at], Stroke::solid(ORANGE, 1.7)),
         line(&|row| row.tabulated[at], Stroke::dashed(BLUE, 1.7)),
         Mark::Dots { points: dots.collect(), colour: RED, ring: true },
@@ -173,7 +180,8 @@ fn picture(panels: Vec<Panel>) -> Figure {
             (Key::Dot { colour: RED, ring: true }, "Monte Carlo, 1 %".to_owned()),
             (Key::Line(Stroke::dashed(BLUE, 1.7)), "tabulated, fine".to_owned()),
             (Key::Line(Stroke::solid(ORANGE, 1.7)), "analytic".to_owned()),
-            (Key::Line(Stroke::dotted(GREEN, 1.8)), "paper's fluxes, repaired".to_owned()),
+            (Key::Line(Stroke::solid(BROWN, 1.7)), "analytic, exact fluxes".to_owned()),
+            (Key::Line(Stroke::dotted(GREEN, 1.8)), "paper's orders, repaired".to_owned()),
         ]],
         scale: None,
     }

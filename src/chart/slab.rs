@@ -3,7 +3,7 @@
 use super::cost::Cost;
 use super::csv::Csv;
 use super::errors::{SLAB_MEDIA, SlabErrors, SlabMethod, slab_errors};
-use super::figure::{Axis, BLACK, BLUE, Figure, GREEN, Key, Mark, ORANGE, PURPLE, Panel, RED, Stroke};
+use super::figure::{Axis, BLACK, BLUE, BROWN, Figure, GREEN, Key, Mark, ORANGE, PURPLE, Panel, RED, Stroke};
 use super::statistics::ErrorSummary;
 use super::{ChartError, ChartFile, cost};
 use crate::tables::TableLibrary;
@@ -69,6 +69,7 @@ fn write_row(csv: &mut Csv, method: SlabMethod, medium: &str, cost: Option<Cost>
 fn colour(method: SlabMethod) -> RGBColor {
     match method {
         SlabMethod::Analytic => ORANGE,
+        SlabMethod::AnalyticExact => BROWN,
         SlabMethod::Coarse => GREEN,
         SlabMethod::Fine => BLUE,
         SlabMethod::Finest => PURPLE,

@@ -7,7 +7,7 @@ use crate::gpu::layout::{Frame, View};
 use crate::reference::Map;
 use crate::reference::cloud::{ViewRay, view_ray};
 use crate::reference::frame::texel_centre;
-use crate::reference::monte_carlo::{self, Effort, MAX_OPTICAL_DEPTH, MonteCarloError, Side, SlabProblem};
+use crate::reference::monte_carlo::{self, Effort, Estimate, MAX_OPTICAL_DEPTH, MonteCarloError, Side, SlabProblem};
 use std::collections::HashMap;
 
 /// Pairs of paths of a texel at most: enough for 1 % in all but the thickest clouds.
@@ -15,7 +15,7 @@ const MOST_PAIRS: u64 = 400_000;
 /// The standard error asked for, as a part of the request's tolerance: one texel in twenty is off by twice that.
 const SHARE_OF_TOLERANCE: f64 = 0.5;
 
-/// Adds scattered sunlight to texels that were shaded without a sun.
+/// Adds scattered sunlight to texels that were shaded without a sun; gives the standard errors of red, green and blue.
 pub(super) fn add_sunlight(
     job: &Job,
     frame: &Frame,
@@ -23,21 +23,22 @@ pub(super) fn add_sunlight(
     thickness: &HostMap,
     texels: &mut [f32],
     watch: &Watch,
-) -> Result<(), RenderError> {
+) -> Result<Vec<f32>, RenderError> {
+    let mut errors = vec![0.0; texels.len() / 4 * 3];
     if frame.sun_light[3] <= 0.0 {
-        return Ok(());
+        return Ok(errors);
     }
     let thickness = Map::from(thickness);
     let effort = Effort {
         photons: MOST_PAIRS,
-        seed: 1,
+        seed: job.request.seed,
         relative_error: SHARE_OF_TOLERANCE * job.request.tolerance,
         time_limit: None,
     };
     // A uniform slab seen from far away is one problem for all texels.
-    let mut solved: HashMap<[u64; 3], [f64; 3]> = HashMap::new();
+    let mut solved: HashMap<[u64; 3], [Estimate; 3]> = HashMap::new();
     let count = texels.len() / 4;
-    for (i, texel) in texels.chunks_mut(4).enumerate() {
+    for (i, (texel, errors)) in texels.chunks_mut(4).zip(errors.chunks_mut(3)).enumerate() {
         watch.report(i as f64 / count as f64);
         watch.look()?;
         let place = texel_centre(i % view.size as usize, i / view.size as usize, view.size);
@@ -52,10 +53,14 @@ pub(super) fn add_sunlight(
                 light
             }
         };
-        (0..3).for_each(|c| texel[c] += (f64::from(frame.sun_light[c]) * light[c]) as f32);
+        for c in 0..3 {
+            let irradiance = f64::from(frame.sun_light[c]);
+            texel[c] += (irradiance * light[c].value) as f32;
+            errors[c] = (irradiance * light[c].standard_error) as f32;
+        }
     }
     watch.report(1.0);
-    Ok(())
+    Ok(errors)
 }
 
 /// Azimuth of the light's travel against that of the sunlight, radians.
@@ -71,8 +76,8 @@ fn sunlight(
     azimuth: f64,
     effort: &Effort,
     watch: &Watch,
-) -> Result<[f64; 3], RenderError> {
-    let mut light = [0.0; 3];
+) -> Result<[Estimate; 3], RenderError> {
+    let mut light = [Estimate::default(); 3];
     if ray.path_m <= 0.0 {
         return Ok(light);
     }
@@ -88,7 +93,7 @@ fn sunlight(
         };
         let found = monte_carlo::radiance(&problem, &[view], effort, &|_| (), &watch.cancelled);
         *light = match found {
-            Ok(found) => found.first().map_or(0.0, |estimate| estimate.total.value),
+            Ok(found) => found.first().map_or_else(Estimate::default, |estimate| estimate.total),
             Err(MonteCarloError::Cancelled) => return Err(RenderError::Cancelled),
             Err(error) => return Err(RenderError::Gpu(error.to_string())),
         };

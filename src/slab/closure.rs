@@ -1,12 +1,13 @@
-//! Closes the analytic orders against the exact fluxes: what orders 1 and 2 leave of the flux belongs to the higher orders.
+//! Closes the analytic orders against the fluxes of all orders: what orders 1 and 2 leave of the flux belongs to the higher orders.
 //!
 //! The orders are those of the modified medium, in which scattering inside the forward peak counts as no scattering: optical depth
 //! `(1 - P_f) tau` with the phase function `P_s` that is zero inside the peak. By construction no order is negative and the sum over
-//! all orders is the exact flux.
+//! all orders is the flux that they are closed against.
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
 use super::analytic::{order1_reflected, order1_transmitted, order2_reflected, order2_transmitted};
+use super::appendix;
 use super::fluxes::FluxTable;
 use super::quadrature::{Rule, gauss_legendre};
 
@@ -18,11 +19,39 @@ const PANEL_WIDTH: f64 = PI / 18.0;
 /// Azimuth nodes per panel over half a turn; the half turn is one panel, or two where it crosses the edge of the forward peak.
 const AZIMUTH_NODES: usize = 24;
 
+/// Fluxes of all orders together.
+#[derive(Clone, Copy, Debug)]
+pub enum Totals<'a> {
+    /// Exact, by adding-doubling.
+    Exact(&'a FluxTable),
+    /// The paper's fit (appendix B) for its own droplets, which absorb nothing: off by up to 0.07.
+    Fitted {
+        /// Metres of the paper's cloud in an optical depth of 1.
+        metres_per_depth: f64,
+    },
+}
+
+impl Totals<'_> {
+    /// Reflectance and transmittance, with the unscattered light; at most 1 together.
+    fn beam(&self, optical_depth: f64, mu_sun: f64) -> [f64; 2] {
+        match self {
+            Self::Exact(table) => {
+                let exact = table.beam(optical_depth, mu_sun);
+                [exact.reflectance, exact.transmittance]
+            }
+            Self::Fitted { metres_per_depth } => {
+                let transmitted = appendix::total_transmittance(metres_per_depth * optical_depth, mu_sun);
+                [1.0 - transmitted, transmitted]
+            }
+        }
+    }
+}
+
 /// The low orders of one colour channel.
 #[derive(Clone, Copy)]
 pub struct LowOrders<'a> {
-    /// Exact fluxes of the channel.
-    pub table: &'a FluxTable,
+    /// Fluxes that the orders of the channel are closed against.
+    pub totals: Totals<'a>,
     /// Single-scattering albedo, 0..=1.
     pub albedo: f64,
     /// Fraction `P_f` of the scattered light inside the forward peak, 0..1.
@@ -86,12 +115,12 @@ impl LowOrders<'_> {
         let mut closure =
             Closure { reflected: Vec::with_capacity(depths.len()), transmitted: Vec::with_capacity(depths.len()) };
         for (depth, orders) in depths.iter().zip(&orders) {
-            let exact = self.table.beam(*depth, mu_sun);
-            // The table interpolates in mu, the exponential does not: where nearly nothing is scattered the transmittance may come out
-            // a little below the unscattered light. Reflection gives way then.
+            let [reflected, transmitted] = self.totals.beam(*depth, mu_sun);
+            // The table interpolates in mu, the exponential does not, and the fit knows of neither: where nearly nothing is scattered the
+            // transmittance may come out below the unscattered light. Reflection gives way then.
             let straight = (-self.modified_depth(*depth) / mu_sun).exp();
-            let transmitted = exact.transmittance.max(straight);
-            let reflected = exact.reflectance.min(1.0 - exact.absorptance - transmitted).max(0.0);
+            let reflected = (reflected - (straight - transmitted).max(0.0)).max(0.0);
+            let transmitted = transmitted.max(straight);
             closure.reflected.push(complete(reflected, orders.reflected));
             closure.transmitted.push(complete(transmitted - straight, orders.transmitted));
         }

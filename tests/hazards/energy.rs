@@ -4,7 +4,7 @@ use crate::setup::{Parts, SHADER, Slab, cos_deg, device, henyey_greenstein};
 use serde_json::json;
 use skyloom::optics::gauss_legendre;
 use skyloom::render::Stages;
-use skyloom::slab::closure::LowOrders;
+use skyloom::slab::closure::{LowOrders, Totals};
 use skyloom::slab::fluxes::FluxTable;
 use skyloom::slab::phases::{AUREOLE_COLUMNS, AUREOLE_HALF_SIN_MAX, AUREOLE_LOG2_MIN, PEAK_DEG, phase_angle};
 use skyloom::tables::MixTables;
@@ -81,7 +81,7 @@ fn hazard_10_orders_add_up_to_one() {
             let forward = albedo * tables.phases[1].forward_fraction;
             let sun = f64::from(stages.frame.sun[3]);
             let low = LowOrders {
-                table: &tables.fluxes[1],
+                totals: Totals::Exact(&tables.fluxes[1]),
                 albedo: (albedo - forward) / (1.0 - forward),
                 forward_fraction: forward,
                 forward_edge: PEAK_DEG.to_radians(),

@@ -1,6 +1,11 @@
 //! Fluxes of the orders of scattering by the one-dimensional model of Bouthors et al. 2006 (appendix A), with its fitted parameters
 //! (appendix B) for N0 = 300 per cubic centimetre, broadness 2, effective radius 7 um.
 
+use crate::optics::Mix;
+
+/// Droplets per cubic metre of the paper's cloud.
+pub(crate) const DROPLETS_PER_M3: f64 = 3e8;
+
 /// Transmittance of a metre of cloud for light of many scatterings.
 const BETA: f64 = 0.9961;
 /// Fitted parameters b, c, kappa_c, t, r at suns 0, 10, .. 90 degrees.
@@ -21,11 +26,23 @@ const PRINTED_EXTINCTION_PER_M: f64 = 0.046_181 * 0.49;
 
 /// Fluxes as fractions of the incident horizontal irradiance.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct OrderFluxes {
+pub(crate) struct OrderFluxes {
     /// Transmitted: orders 0, 1, 2, 3 and up.
-    pub(super) transmitted: [f64; 4],
+    pub(crate) transmitted: [f64; 4],
     /// Reflected: orders 0 (nothing), 1, 2, 3 and up.
-    pub(super) reflected: [f64; 4],
+    pub(crate) reflected: [f64; 4],
+}
+
+/// Metres of the paper's cloud in an optical depth of 1, if the mix is the paper's: light depends on the optical depth alone, so
+/// that other numbers of the same droplets are clouds of another thickness.
+pub(crate) fn metres_per_depth(mix: &Mix, cross_section_um2: f64) -> Option<f64> {
+    let of_paper = *mix == Mix::Gamma { effective_radius_um: 7.0, broadness: 2.0, refractive_index: None };
+    of_paper.then(|| 1.0 / (DROPLETS_PER_M3 * cross_section_um2 * 1e-12))
+}
+
+/// What all orders together transmit, 0..=1; the rest is reflected.
+pub(crate) fn total_transmittance(thickness_m: f64, mu_sun: f64) -> f64 {
+    transmittance(thickness_m, parameters(mu_sun.acos().to_degrees())).clamp(0.0, 1.0)
 }
 
 /// Parameters at a sun, linear between the given ones.
@@ -42,7 +59,7 @@ fn transmittance(thickness_m: f64, [b, c, ..]: [f64; 5]) -> f64 {
 }
 
 /// The model as it is printed.
-pub(super) fn printed(thickness_m: f64, zenith_deg: f64) -> OrderFluxes {
+pub(crate) fn printed(thickness_m: f64, zenith_deg: f64) -> OrderFluxes {
     let fitted = parameters(zenith_deg);
     let [_, _, kappa, t, r] = fitted;
     let depth = kappa * thickness_m;
@@ -60,7 +77,7 @@ pub(super) fn printed(thickness_m: f64, zenith_deg: f64) -> OrderFluxes {
 
 /// The model with light scattered back twice as its integral gives it, the extinction outside the forward peak of the droplets' own
 /// phase function, and no order below zero: what the low orders leave, in their turn, is the most a higher one gets.
-pub(super) fn repaired(thickness_m: f64, zenith_deg: f64, extinction_per_m: f64) -> OrderFluxes {
+pub(crate) fn repaired(thickness_m: f64, zenith_deg: f64, extinction_per_m: f64) -> OrderFluxes {
     let fitted = parameters(zenith_deg);
     let [_, _, kappa, t, r] = fitted;
     let depth = kappa * thickness_m;
