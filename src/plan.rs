@@ -14,7 +14,7 @@ use crate::tables::Detail;
 pub const ERROR_OF_DETAIL: [(Detail, f64); 3] =
     [(Detail::Coarse, 0.03), (Detail::Fine, 0.006), (Detail::Finest, 0.002)];
 /// The same of the method "analytic".
-pub const ERROR_OF_ANALYTIC: f64 = 0.5;
+pub const ERROR_OF_ANALYTIC: f64 = 0.9;
 /// Tolerances from which a march cuts its ray at every fourth or second line between texels instead of at each, where it
 /// is exact.
 const LONG_STEPS: [(f64, f32); 2] = [(0.25, 4.0), (0.08, 2.0)];
