@@ -1,23 +1,35 @@
-//! Stage `field`: the thickness map of a layer. Takes a pattern or an image, gives a periodic texture in the frame that
-//! moves with the wind: time only shifts where it is read ([`wind_offset`]), so one map serves every moment.
+//! Stage `field`: the thickness map of a layer at a time. Takes a pattern or an image, gives a periodic texture in the
+//! frame that moves with the mean wind, which only shifts where the map is read ([`wind_offset`]).
+//!
+//! A still layer has one map for all times. Where the wind is turbulent, `eddies` displace it: `clock` tells which two
+//! layers of displacement live at a time, `motion` follows them on the device, and what they displace (`synthetic`: octaves
+//! of noise and cells; or an image) is blended and brought to the wanted distribution (`transfer`). A field is a function
+//! of seed and time alone.
 
+mod clock;
+mod eddies;
+mod motion;
+mod synthetic;
 mod transfer;
 
-use crate::gpu::layout::Pattern;
-use crate::gpu::{Bind, Gpu, GpuError, Target, shaders};
+use crate::gpu::layout::{Blend, Eddies, Histogram, Step};
+use crate::gpu::{Bind, Gpu, GpuError, HostMap, Target, shaders};
 use crate::image::Image;
 use crate::scene::quantity::Quantity as _;
-use crate::scene::{self, Stratocumulus, Thickness, Wind};
+use crate::scene::{self, Thickness, Wind};
+use motion::{Displaced, Motion};
 use std::time::Instant;
-pub use transfer::{Transfer, calibrate};
+use synthetic::Synthetic;
+pub use synthetic::SyntheticStages;
+pub use transfer::{Distribution, Transfer, calibrate, remap};
 
 /// A thickness map on the device.
 pub(crate) struct Field {
     pub(crate) thickness: Target,
     /// Greatest thickness, metres.
     pub(crate) depth_m: f32,
-    /// The pattern and its Gaussian field, for tests.
-    pub(crate) pattern: Option<(Pattern, wgpu::Buffer)>,
+    /// Greatest thickness at any time, metres: the height of the plane that views from above refer to.
+    pub(crate) top_m: f32,
 }
 
 impl Field {
@@ -27,107 +39,292 @@ impl Field {
     }
 }
 
-/// Cycles per domain of the lowest octave of noise: `LOWEST_PERIOD` of `shaders/field_noise.wgsl`.
-const LOWEST_PERIOD: u32 = 3;
-/// Octaves of noise at most: 3 to 1536 cycles.
-const MAX_OCTAVES: u32 = 10;
-/// Part of the cells in the Gaussian field: a compromise between visible cells and a -5/3 spectrum.
-const CELL_SHARE: f32 = 0.7;
-/// Amplitude per octave, 2^(-1/3).
-const OCTAVE_GAIN: f64 = 0.793_700_5;
-/// Standard deviation of the gradient noise of `shaders/shared/noise.wgsl`.
-const GRADIENT_NOISE_STD: f64 = 0.2151;
+/// What a layer's field is made from, for all times. Holds what was computed last, so that the next time is near.
+pub(crate) struct Source {
+    kind: Kind,
+    motion: Option<Motion>,
+}
 
-/// Makes the thickness map of a layer. `image` is the layer's image, if it has one.
-pub(crate) fn thickness(
-    gpu: &Gpu,
-    thickness: &Thickness,
-    resolution: u32,
-    extent_m: f64,
-    image: Option<&Image>,
-    deadline: Option<Instant>,
-) -> Result<Field, GpuError> {
-    match (thickness, image) {
-        (Thickness::Uniform(metres), _) => Ok(uploaded(gpu, [1, 1], &[metres.get() as f32])),
-        (Thickness::Stratocumulus(wanted), _) => synthetic(gpu, wanted, resolution, extent_m, deadline),
-        (Thickness::Map { scale_m, .. }, Some(image)) => {
-            let limits = scene::quantity::ThicknessM::RANGE;
-            let clamp = |sample: f32| (f64::from(sample) * scale_m.get()).clamp(*limits.start(), *limits.end()) as f32;
-            let metres: Vec<f32> = image
-                .data
-                .chunks(image.channels as usize)
-                .filter_map(|texel| texel.first())
-                .map(|s| clamp(*s))
-                .collect();
-            Ok(uploaded(gpu, [image.width, image.height], &metres))
+enum Kind {
+    Uniform(f32),
+    Synthetic(Synthetic),
+    Image(Picture),
+}
+
+/// An image's thickness, and its own distribution.
+struct Picture {
+    image: Target,
+    greatest_m: f32,
+    own: Distribution,
+    gaussian: wgpu::Buffer,
+}
+
+/// Results of the stage's passes, for tests.
+#[derive(Debug, Clone)]
+pub struct FieldStages {
+    /// Eddies and the last part of a step, where the field moves.
+    pub motion: Option<MotionStages>,
+    /// Displacement: two layers, domains.
+    pub displacement: HostMap,
+    /// How the field was put together.
+    pub blend: Blend,
+    /// Octaves, cells and transfer of a synthetic field.
+    pub synthetic: Option<SyntheticStages>,
+    /// Thickness of a moving image before it moved.
+    pub image: Option<HostMap>,
+    /// The blended field.
+    pub field: Vec<f32>,
+    /// Bins of its values.
+    pub histogram: Histogram,
+    /// Values in each of them.
+    pub counts: Vec<u32>,
+}
+
+/// Results of the passes that move a field.
+#[derive(Debug, Clone)]
+pub struct MotionStages {
+    /// Bands of the eddies.
+    pub bands: Vec<HostMap>,
+    /// Their phases in the last part of a step.
+    pub eddies: Eddies,
+    /// Velocity then.
+    pub velocity: HostMap,
+    /// The last part of a step.
+    pub step: Step,
+    /// Displacement before it.
+    pub before: HostMap,
+    /// Steps taken on the way to it.
+    pub steps: u32,
+    /// Life of a layer of displacement, s.
+    pub life_s: f64,
+}
+
+/// Whether the eddies move a layer: what is the same everywhere has nothing to move.
+pub(crate) fn moves(thickness: &Thickness, wind: &Wind) -> bool {
+    wind.turbulence_m_s.get() > 0.0 && !matches!(thickness, Thickness::Uniform(_))
+}
+
+/// A field, and what the passes before its last one left.
+struct Made {
+    field: Field,
+    displaced: Option<Displaced>,
+    blend: Blend,
+    histogram: Histogram,
+    bins: wgpu::Buffer,
+    synthetic: Option<synthetic::Moment>,
+}
+
+impl Source {
+    /// Makes what is the same at all times. `image` is the layer's image, if it has one.
+    pub(crate) fn new(
+        gpu: &Gpu,
+        layer: &scene::Layer,
+        resolution: u32,
+        extent_m: f64,
+        image: Option<&Image>,
+        deadline: Option<Instant>,
+    ) -> Result<Self, GpuError> {
+        let (thickness, wind) = (&layer.thickness, &layer.wind);
+        let kind = match (thickness, image) {
+            (Thickness::Uniform(metres), _) => Kind::Uniform(metres.get() as f32),
+            (Thickness::Stratocumulus(wanted), _) => {
+                Kind::Synthetic(Synthetic::new(gpu, wanted, resolution, extent_m, deadline)?)
+            }
+            (Thickness::Map { scale_m, .. }, Some(image)) => Kind::Image(Picture::new(gpu, image, scale_m.get())),
+            (Thickness::Map { .. }, None) => Kind::Uniform(0.0),
+        };
+        let seed = match thickness {
+            Thickness::Stratocumulus(wanted) => wanted.seed,
+            Thickness::Map { .. } | Thickness::Uniform(_) => 0,
+        };
+        let motion = moves(thickness, wind).then(|| Motion::new(gpu, seed, wind.turbulence_m_s.get(), extent_m));
+        Ok(Self { kind, motion })
+    }
+
+    /// The field at a time.
+    pub(crate) fn at(&mut self, gpu: &Gpu, time_s: f64, deadline: Option<Instant>) -> Result<Field, GpuError> {
+        match &self.kind {
+            Kind::Uniform(metres) => Ok(uploaded(gpu, [1, 1], &[*metres])),
+            // An image that does not move is its own field.
+            Kind::Image(picture) if self.motion.is_none() => {
+                let thickness = picture.image.clone();
+                Ok(Field { thickness, depth_m: picture.greatest_m, top_m: picture.greatest_m })
+            }
+            Kind::Synthetic(_) | Kind::Image(_) => Ok(self.make(gpu, time_s, deadline)?.field),
         }
-        (Thickness::Map { .. }, None) => Ok(uploaded(gpu, [1, 1], &[0.0])),
+    }
+
+    fn make(&mut self, gpu: &Gpu, time_s: f64, deadline: Option<Instant>) -> Result<Made, GpuError> {
+        let displaced = self.motion.as_mut().map(|motion| motion.follow(gpu, time_s, deadline)).transpose()?;
+        let still;
+        let displacement = match &self.motion {
+            Some(motion) => &motion.displacement,
+            None => {
+                still = gpu.texture_from("displacement", [1, 1], 4, &[0.0; 4]);
+                &still
+            }
+        };
+        let weights = displaced.as_ref().map_or([1.0, 0.0], |displaced| displaced.weights);
+        let spread = self.motion.as_ref().map_or(0.0, Motion::spread);
+        let bins = gpu.storage("bins", transfer::BINS);
+        match &self.kind {
+            Kind::Synthetic(synthetic) => {
+                let way = self.motion.as_ref().map_or(0.0, |motion| motion.way(time_s));
+                let moment = synthetic.moment(weights, spread, way);
+                let field = synthetic.make(gpu, &moment, displacement, &bins, self.motion.is_some(), deadline)?;
+                let (blend, histogram) = (moment.blend, moment.histogram);
+                let moment = synthetic::Moment { transfer: field.1, ..moment };
+                Ok(Made { field: field.0, displaced, blend, histogram, bins, synthetic: Some(moment) })
+            }
+            Kind::Image(picture) => {
+                let blend = picture.blend(weights);
+                let histogram = picture.histogram();
+                let field = picture.make(gpu, &blend, &histogram, displacement, &bins, deadline)?;
+                Ok(Made { field, displaced, blend, histogram, bins, synthetic: None })
+            }
+            Kind::Uniform(metres) => {
+                let field = uploaded(gpu, [1, 1], &[*metres]);
+                let (blend, histogram) = (Blend::default(), Histogram::default());
+                Ok(Made { field, displaced, blend, histogram, bins, synthetic: None })
+            }
+        }
+    }
+
+    /// The field at a time with everything on the way to it; nothing where there are no passes.
+    pub(crate) fn inspect(
+        &mut self,
+        gpu: &Gpu,
+        time_s: f64,
+        deadline: Option<Instant>,
+    ) -> Result<Option<FieldStages>, GpuError> {
+        let passes = match &self.kind {
+            Kind::Uniform(_) => false,
+            Kind::Synthetic(_) => true,
+            Kind::Image(_) => self.motion.is_some(),
+        };
+        if !passes {
+            return Ok(None);
+        }
+        let made = self.make(gpu, time_s, deadline)?;
+        let read = |target: &Target| gpu.read_map(target, 0, deadline);
+        let motion = match (&self.motion, &made.displaced) {
+            (Some(motion), Some(displaced)) => {
+                let now = motion.clock.at(time_s);
+                Some(MotionStages {
+                    bands: motion.bands.iter().map(read).collect::<Result<_, _>>()?,
+                    eddies: motion.phases(now.step, now.part),
+                    velocity: read(&motion.velocity)?,
+                    step: displaced.last,
+                    before: read(motion.state())?,
+                    steps: displaced.steps,
+                    life_s: motion.clock.life_s,
+                })
+            }
+            _ => None,
+        };
+        let displacement = match &self.motion {
+            Some(motion) => read(&motion.displacement)?,
+            None => HostMap { width: 1, height: 1, channels: 4, data: vec![0.0; 4] },
+        };
+        let texels = (made.blend.width * made.blend.height) as usize;
+        let (synthetic, image, gaussian) = match (&self.kind, &made.synthetic) {
+            (Kind::Synthetic(source), Some(moment)) => {
+                (Some(source.inspect(gpu, moment, deadline)?), None, Some(&source.gaussian))
+            }
+            (Kind::Image(picture), _) => (None, Some(read(&picture.image)?), Some(&picture.gaussian)),
+            _ => (None, None, None),
+        };
+        let field = gaussian.map(|buffer| gpu.read(buffer, texels, deadline)).transpose()?.unwrap_or_default();
+        let counts = read_bins(gpu, &made.bins, deadline)?;
+        let (blend, histogram) = (made.blend, made.histogram);
+        Ok(Some(FieldStages { motion, displacement, blend, synthetic, image, field, histogram, counts }))
+    }
+}
+
+impl Picture {
+    fn new(gpu: &Gpu, image: &Image, scale_m: f64) -> Self {
+        let limits = scene::quantity::ThicknessM::RANGE;
+        let clamp = |sample: f32| (f64::from(sample) * scale_m).clamp(*limits.start(), *limits.end()) as f32;
+        let texels = image.data.chunks(image.channels as usize).filter_map(|texel| texel.first());
+        let metres: Vec<f32> = texels.map(|sample| clamp(*sample)).collect();
+        let greatest_m = metres.iter().copied().fold(0.0, f32::max);
+        Self {
+            image: gpu.texture_from("image", [image.width, image.height], 1, &metres),
+            own: Distribution::of(&metres, 0.0, f64::from(greatest_m.max(1e-3))),
+            gaussian: gpu.storage("field", metres.len()),
+            greatest_m,
+        }
+    }
+
+    fn blend(&self, [first, second]: [f64; 2]) -> Blend {
+        let (width, height) = (self.image.width, self.image.height);
+        Blend { first: first as f32, second: second as f32, width, height, ..Blend::default() }
+    }
+
+    fn histogram(&self) -> Histogram {
+        let count = self.image.width * self.image.height;
+        Histogram { low: self.own.low as f32, per_unit: (1.0 / self.own.width) as f32, count, spare: 0 }
+    }
+
+    fn make(
+        &self,
+        gpu: &Gpu,
+        blend: &Blend,
+        histogram: &Histogram,
+        displacement: &Target,
+        bins: &wgpu::Buffer,
+        deadline: Option<Instant>,
+    ) -> Result<Field, GpuError> {
+        let size = [blend.width, blend.height];
+        gpu.run("field_image", deadline, |pass| {
+            let uniform = gpu.uniform("blend", blend);
+            let binds = [
+                Bind::Buffer(&uniform),
+                Bind::View(&displacement.view),
+                Bind::View(&self.image.view),
+                Bind::Sampler(&gpu.repeat),
+                Bind::Buffer(&self.gaussian),
+            ];
+            gpu.dispatch(pass, &shaders::FIELD_IMAGE, &binds, size);
+            count(gpu, pass, histogram, &self.gaussian, bins);
+        })?;
+        let blended = Distribution { counts: read_bins(gpu, bins, deadline)?, ..self.own.clone() };
+        let edges = gpu.storage_from("edges", &remap(&blended, &self.own));
+        let thickness = gpu.texture("thickness", size, 1, 1);
+        gpu.run("field_remap", deadline, |pass| {
+            let uniform = gpu.uniform("histogram", histogram);
+            let binds = [
+                Bind::Buffer(&uniform),
+                Bind::Buffer(&self.gaussian),
+                Bind::Buffer(&edges),
+                Bind::View(&thickness.levels[0]),
+            ];
+            gpu.dispatch(pass, &shaders::FIELD_REMAP, &binds, size);
+        })?;
+        // Rounding on the device can lift the thickest texel by a few units in the last place.
+        let greatest_m = self.greatest_m * (1.0 + 1e-5);
+        Ok(Field { thickness, depth_m: greatest_m, top_m: greatest_m })
     }
 }
 
 fn uploaded(gpu: &Gpu, size: [u32; 2], metres: &[f32]) -> Field {
     let depth_m = metres.iter().copied().fold(0.0, f32::max);
-    Field { thickness: gpu.texture_from("thickness", size, 1, metres), depth_m, pattern: None }
+    Field { thickness: gpu.texture_from("thickness", size, 1, metres), depth_m, top_m: depth_m }
 }
 
-/// Spread of the logarithm of water path: closed cells are even, open ones patchy.
-fn spread(pattern: scene::Pattern) -> f64 {
-    match pattern {
-        scene::Pattern::Closed => 0.5,
-        scene::Pattern::Open => 0.9,
-        scene::Pattern::Fractal => 0.6,
-    }
+/// Workgroups that count: enough for every core of a device, and few enough that adding up their bins costs little.
+const COUNTING_GROUPS: u32 = 64;
+
+/// Counts a field's values into zeroed bins.
+fn count(gpu: &Gpu, pass: &mut wgpu::ComputePass<'_>, histogram: &Histogram, field: &wgpu::Buffer, bins: &wgpu::Buffer) {
+    let uniform = gpu.uniform("histogram", histogram);
+    let binds = [Bind::Buffer(&uniform), Bind::Buffer(field), Bind::Buffer(bins)];
+    let threads = COUNTING_GROUPS * shaders::FIELD_HISTOGRAM.workgroup[0];
+    gpu.dispatch(pass, &shaders::FIELD_HISTOGRAM, &binds, [threads, 1]);
 }
 
-fn synthetic(
-    gpu: &Gpu,
-    wanted: &Stratocumulus,
-    resolution: u32,
-    extent_m: f64,
-    deadline: Option<Instant>,
-) -> Result<Field, GpuError> {
-    // No octave is finer than two texels: it could not be shown.
-    let octaves =
-        (1..=MAX_OCTAVES).take_while(|o| o == &1 || LOWEST_PERIOD << (o - 1) <= resolution / 2).count() as u32;
-    let variance: f64 = (0..octaves).map(|o| OCTAVE_GAIN.powi(2 * o as i32)).sum();
-    let cells = (extent_m / wanted.cell_m.get()).round().clamp(1.0, f64::from((resolution / 4).max(1)));
-    let mut pattern = Pattern {
-        seed: wanted.seed,
-        octaves,
-        cells: cells as u32,
-        kind: match wanted.pattern {
-            scene::Pattern::Closed => 0,
-            scene::Pattern::Open => 1,
-            scene::Pattern::Fractal => 2,
-        },
-        cell_share: if wanted.pattern == scene::Pattern::Fractal { 0.0 } else { CELL_SHARE },
-        noise_scale: (1.0 / (variance.sqrt() * GRADIENT_NOISE_STD)) as f32,
-        spread: spread(wanted.pattern) as f32,
-        width: resolution,
-        ..Pattern::default()
-    };
-    let texels = resolution as usize * resolution as usize;
-    let gaussian = gpu.storage("field_noise", texels);
-    let size = [resolution, resolution];
-    gpu.run("field_noise", deadline, |pass| {
-        let uniform = gpu.uniform("pattern", &pattern);
-        gpu.dispatch(pass, &shaders::FIELD_NOISE, &[Bind::Buffer(&uniform), Bind::Buffer(&gaussian)], size);
-    })?;
-    // Coverage and mean are met on the very field that was made, not on a model of it.
-    let values = gpu.read(&gaussian, texels, deadline)?;
-    let transfer = calibrate(&values, wanted.coverage.get(), wanted.mean_m.get(), f64::from(pattern.spread));
-    pattern.threshold = transfer.threshold as f32;
-    pattern.scale_m = transfer.scale_m as f32;
-    pattern.clip_m = transfer.clip_m as f32;
-    let thickness = gpu.texture("thickness", size, 1, 1);
-    gpu.run("field_thickness", deadline, |pass| {
-        let uniform = gpu.uniform("pattern", &pattern);
-        let binds = [Bind::Buffer(&uniform), Bind::Buffer(&gaussian), Bind::View(&thickness.levels[0])];
-        gpu.dispatch(pass, &shaders::FIELD_THICKNESS, &binds, size);
-    })?;
-    // Rounding on the device can lift the thickest texel by a few units in the last place.
-    let depth_m = (transfer.greatest_m * (1.0 + 1e-5)) as f32;
-    Ok(Field { thickness, depth_m, pattern: Some((pattern, gaussian)) })
+fn read_bins(gpu: &Gpu, bins: &wgpu::Buffer, deadline: Option<Instant>) -> Result<Vec<u32>, GpuError> {
+    Ok(gpu.read(bins, transfer::BINS, deadline)?.into_iter().map(f32::to_bits).collect())
 }
 
 /// How far the mean wind has carried a field by a time, as the offset to add to a place on the map: the map is read

@@ -8,7 +8,7 @@ mod kept;
 pub use inspect::Stages;
 
 use crate::encode::{self, EncodeError};
-use crate::field::{self, Field};
+use crate::field::{self, Field, Source};
 use crate::gpu::layout::View;
 use crate::gpu::{AdapterSummary, Gpu, GpuError, Target};
 use crate::image::Image;
@@ -20,8 +20,8 @@ use crate::slice::{self, DeviceSlice, DeviceTables, HostSlice, HostTables};
 use crate::tables::{Detail, MixTables};
 use kept::Kept;
 use std::collections::HashMap;
-use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
 /// How a renderer is opened.
@@ -148,6 +148,7 @@ pub struct Texture {
 pub struct Renderer {
     gpu: Gpu,
     tables: Kept<(Arc<HostTables>, Arc<DeviceTables>)>,
+    sources: Kept<Arc<Mutex<Source>>>,
     fields: Kept<Arc<Field>>,
     closures: Kept<Arc<Target>>,
     slices: Kept<Arc<DeviceSlice>>,
@@ -174,6 +175,7 @@ impl Renderer {
         let mut renderer = Self {
             gpu,
             tables: Kept::new(KEPT),
+            sources: Kept::new(KEPT),
             fields: Kept::new(KEPT),
             closures: Kept::new(KEPT),
             slices: Kept::new(KEPT),
@@ -314,13 +316,11 @@ impl Renderer {
     }
 
     fn field(&mut self, job: &Job, watch: &Watch) -> Result<Arc<Field>, RenderError> {
-        let (domain, thickness) = (&job.scene.domain, &job.scene.layers[0].thickness);
-        let key = format!("{domain:?} {thickness:?}");
-        self.fields.get_or(&key, || {
-            let image = frame::thickness_image(job)?;
-            let (resolution, extent_m) = (domain.resolution, job.scene.extent_m());
-            let field = field::thickness(&self.gpu, thickness, resolution, extent_m, image, watch.deadline)?;
-            Ok(Arc::new(field))
+        let time_s = job.request.time_s;
+        self.fields.get_or(&frame::field_key(job), || {
+            let source = source(&self.gpu, &mut self.sources, job, watch)?;
+            let mut source = source.lock().unwrap_or_else(PoisonError::into_inner);
+            Ok(Arc::new(source.at(&self.gpu, time_s, watch.deadline)?))
         })
     }
 
@@ -382,7 +382,7 @@ impl Renderer {
         frame_uniform: &wgpu::Buffer,
         tables: &DeviceTables,
     ) -> Result<Arc<Light>, RenderError> {
-        let key = format!("{} {} {:?}", job.scene.id(), moment.time_key(), moment.plan.light_key());
+        let key = format!("{} {} {:?}", job.scene.id(), moment.time_key(job), moment.plan.light_key());
         self.lights.get_or(&key, || {
             let albedo = moment.albedo(job)?;
             let inputs = light::LightInputs {
@@ -419,6 +419,25 @@ struct Shaded {
     /// White of a picture of the thickness.
     white: f32,
     plane_m: f64,
+}
+
+/// What a layer's field is made from. Kept only where the field moves: a still one is made once.
+fn source(
+    gpu: &Gpu,
+    kept: &mut Kept<Arc<Mutex<Source>>>,
+    job: &Job,
+    watch: &Watch,
+) -> Result<Arc<Mutex<Source>>, RenderError> {
+    let (domain, layer) = (&job.scene.domain, &job.scene.layers[0]);
+    let make = || {
+        let image = frame::thickness_image(job)?;
+        let source = Source::new(gpu, layer, domain.resolution, job.scene.extent_m(), image, watch.deadline)?;
+        Ok(Arc::new(Mutex::new(source)))
+    };
+    match field::moves(&layer.thickness, &layer.wind) {
+        true => kept.get_or(&frame::source_key(job), make),
+        false => make(),
+    }
 }
 
 /// What a method keeps for one sun.

@@ -6,7 +6,9 @@
 
 use naga::valid::{Capabilities, ValidationFlags, Validator};
 use naga::{Expression, Literal, Module, ShaderStage, TypeInner};
-use skyloom::gpu::layout::{self, Budget, Exchange, Frame, Pattern, Remainder, View};
+use skyloom::gpu::layout::{
+    self, Blend, Budget, Cells, Eddies, Exchange, Frame, Histogram, Octaves, Remainder, Step, Transfer, View,
+};
 use skyloom::gpu::shaders::{self, Shader};
 use skyloom::slab::fluxes;
 use skyloom::slab::phases as tables;
@@ -70,20 +72,13 @@ fn host_layouts() -> Vec<(&'static str, Layout)> {
             azimuths,
             depths_per_octave,
         }),
-        host_layout!(Pattern {
-            seed,
-            octaves,
-            cells,
-            kind,
-            cell_share,
-            noise_scale,
-            spread,
-            threshold,
-            scale_m,
-            clip_m,
-            width,
-            spare,
-        }),
+        host_layout!(Octaves { seed, first, count, width }),
+        host_layout!(Cells { seed, kind, count, width, coarser, finer, turns, spare }),
+        host_layout!(Eddies { cosines, sines }),
+        host_layout!(Step { keep, length_uv, spare_0, spare_1, spare_2 }),
+        host_layout!(Blend { low, middle, high, cells, first, second, width, height, spare_0, spare_1, spare_2 }),
+        host_layout!(Histogram { low, per_unit, count, spare }),
+        host_layout!(Transfer { spread, threshold, scale_m, clip_m, width, height, spare_0, spare_1 }),
     ]
 }
 

@@ -17,7 +17,7 @@ mod sky;
 
 use compare::{Tolerance, assert_close, assert_within};
 use serde_json::json;
-use sky::{Sky, pattern, water};
+use sky::{Sky, pattern, water, waves};
 use skyloom::gpu::HostMap;
 use skyloom::gpu::layout::{Budget, Frame};
 use skyloom::reference::cloud::ViewRay;
@@ -40,7 +40,13 @@ const GATHER_REL: f64 = 12.0 * ROUND;
 /// Cells: an angle up to 2 pi (2.4e-7) and its sine (1.2e-7) make 1e-6 in a gradient noise; the bend is that times 0.22 *
 /// 1.56 / (1.0888 * 0.2151), on two feature distances 4e-6; the steepest of the profiles, that of open cells, times 8.1,
 /// gives 3.3e-5. The octaves add 1.4e-5 in the same way.
-const NOISE: Tolerance = Tolerance::new(5e-5, 0.0);
+const CELLS: Tolerance = Tolerance::new(5e-5, 0.0);
+/// An octave: two slopes of up to 1.4 at an angle that is known to 2.4e-7, and its sine to 1.2e-7; blends of four.
+const NOISE: Tolerance = Tolerance::new(2e-6, 0.0);
+/// Sixteen products of up to 1 and their sum.
+const VELOCITY: Tolerance = Tolerance::new(16.0 * ROUND * 3.0, 0.0);
+/// Up to thirteen products a layer and their sum, values of up to 6 in all.
+const BLEND: f64 = 32.0 * ROUND * 6.0;
 /// exp of a rounded exponent (3 ROUND of at most 3, and the driver's 1.1e-6), relative.
 const WATER_EXP: f64 = 2e-6;
 /// Products and roots from water path to the square of thickness, relative.
@@ -168,21 +174,69 @@ fn check_map(name: &str, gpu: &HostMap, twin: &Map, tolerance: Tolerance) {
 }
 
 fn check_field(stages: &Stages) {
-    let pattern = stages.pattern.as_ref().unwrap();
-    let noise = reference::field_noise::main(pattern);
-    let noise: Vec<f64> = noise.texels.iter().map(|texel| texel[0]).collect();
-    check("field_noise", &stages.gaussian, &noise, NOISE);
+    let field = stages.field.as_ref().unwrap();
+    if let Some(motion) = &field.motion {
+        let velocity = reference::field_velocity::main(&motion.eddies, &maps(&motion.bands));
+        check_map("field_velocity", &motion.velocity, &velocity, VELOCITY);
+        let (velocity, before) = (map(&motion.velocity), map(&motion.before));
+        let after = reference::field_displace::main(&motion.step, &velocity, &before);
+        // Places are rounded twice; the way itself is a sum of products.
+        let places = place_error(&before, 1.0) + f64::from(motion.step.length_uv) * place_error(&velocity, 1.0);
+        check_map("field_displace", &field.displacement, &after, Tolerance::new(places + 1e-8, 8.0 * ROUND));
+    }
+    let displacement = map(&field.displacement);
+    let blended = match (&field.synthetic, &field.image) {
+        (Some(synthetic), _) => {
+            for (octaves, noise) in &synthetic.octaves {
+                check_map("field_octaves", noise, &reference::field_octaves::main(octaves), NOISE);
+            }
+            let (cells, cells_map) = &synthetic.cells;
+            if let Some(cells) = cells {
+                check_map("field_cells", cells_map, &reference::field_cells::main(cells), CELLS);
+            }
+            let octaves: Vec<_> = synthetic.octaves.iter().map(|(_, noise)| map(noise)).collect();
+            let cells_map = map(cells_map);
+            let blended = reference::field_blend::main(&field.blend, &displacement, &octaves, &cells_map);
+            let weights = [field.blend.low, field.blend.middle, field.blend.high];
+            let of_octaves: f64 = octaves
+                .iter()
+                .zip(weights)
+                .map(|(map, weights)| weights.iter().map(|w| f64::from(w.abs())).sum::<f64>() * place_error(map, 2.0))
+                .sum();
+            let of_cells = f64::from(field.blend.cells) * place_error(&cells_map, 2.0);
+            (blended, of_octaves + of_cells + BLEND)
+        }
+        (None, Some(image)) => {
+            let blended = reference::field_image::main(&field.blend, &displacement, &map(image));
+            (blended, place_error(&map(image), 2.0) + BLEND * f64::from(stages.frame.depth_m))
+        }
+        _ => panic!("a field is synthetic or an image"),
+    };
+    let (blended, allowed) = blended;
+    let blended: Vec<f64> = blended.texels.iter().map(|texel| texel[0]).collect();
+    check("field_blend", &field.field, &blended, Tolerance::new(allowed, 0.0));
 
+    // A value at the edge of a bin may fall on either side: sums up to each edge differ by few.
+    let counts = reference::field_histogram::main(&field.histogram, field.counts.len(), &field.field);
+    let (mut device, mut twin) = (0_i64, 0_i64);
+    for (a, b) in field.counts.iter().zip(&counts) {
+        (device, twin) = (device + i64::from(*a), twin + i64::from(*b));
+        assert!((device - twin).abs() <= 3, "{device} values of {} up to an edge, not {twin}", field.field.len());
+    }
+    assert_eq!(device, twin);
+
+    let Some(synthetic) = &field.synthetic else { return };
     // Thickness is a root: near the edge of a cloud, a rounding of the water path is a large part of it. Its square is
     // the water path itself.
-    let thickness = reference::field_thickness::main(pattern, &stages.gaussian);
+    let transfer = &synthetic.transfer;
+    let thickness = reference::field_thickness::main(transfer, &field.field);
     assert_size("field_thickness", &stages.thickness, &thickness);
     let square: Vec<f64> = thickness.texels.iter().map(|texel| texel[0] * texel[0]).collect();
     let device: Vec<f32> = stages.thickness.data.iter().map(|height| height * height).collect();
-    let scale = f64::from(pattern.scale_m).powi(2);
-    let water = |gaussian: &f32| (f64::from(pattern.spread) * f64::from(*gaussian)).exp();
-    let allowed: Vec<f64> = stages
-        .gaussian
+    let scale = f64::from(transfer.scale_m).powi(2);
+    let water = |gaussian: &f32| (f64::from(transfer.spread) * f64::from(*gaussian)).exp();
+    let allowed: Vec<f64> = field
+        .field
         .iter()
         .zip(&square)
         .map(|(gaussian, square)| scale * WATER_EXP * water(gaussian) + WATER_REL * square)
@@ -357,6 +411,17 @@ fn fields_of_every_pattern() {
             eprintln!("{name}, coverage {coverage}");
             let sky = Sky { thickness: pattern(name, coverage), ..Sky::at(50.0) };
             check_field(&sky.stages("thickness", &[]));
+        }
+    }
+}
+
+#[test]
+fn fields_that_move() {
+    for (thickness, name) in [(pattern("closed", 0.8), "closed"), (pattern("fractal", 0.5), "fractal"), (waves(), "image")] {
+        for (turbulence_m_s, time) in [(1.5, "0"), (1.5, "1234.5"), (0.01, "100"), (50.0, "1e9")] {
+            eprintln!("{name}, eddies of {turbulence_m_s} m/s, at {time} s");
+            let sky = Sky { thickness: thickness.clone(), turbulence_m_s, ..Sky::at(50.0) };
+            check_field(&sky.stages("thickness", &[("time", time)]));
         }
     }
 }

@@ -60,20 +60,74 @@ struct Remainder {
     depths_per_octave: f32,
 }
 
-// A synthetic field.
-struct Pattern {
+// Octaves of a synthetic field that share a texture.
+struct Octaves {
     seed: u32,
-    octaves: u32,             // of the noise
-    cells: u32,               // a side
-    kind: u32,                // 0 closed, 1 open, 2 fractal
-    cell_share: f32,          // of the cells in the Gaussian field
-    noise_scale: f32,         // brings the noise to a standard deviation of 1
+    first: u32,               // the first of the four
+    count: u32,               // of the field: what is beyond is 0
+    width: u32,               // texels a side
+}
+
+// Convective cells of a synthetic field at one moment.
+struct Cells {
+    seed: u32,
+    kind: u32,                // 0 closed, 1 open
+    count: u32,               // cells a side of the coarser lattice
+    width: u32,               // texels a side
+    coarser: f32,             // weight of that lattice, and of the one with one cell more
+    finer: f32,
+    turns: f32,               // of the slowest of the cells' points, 0 to 1
+    spare: u32,
+}
+
+// Phases of the eddies' four bands at one moment.
+struct Eddies {
+    cosines: vec4<f32>,
+    sines: vec4<f32>,
+}
+
+// A step of the displacement.
+struct Step {
+    keep: vec4<f32>,          // 0 where a layer is born, 1 elsewhere
+    length_uv: f32,           // way at the root mean square of speed, domains
+    spare_0: u32,
+    spare_1: u32,
+    spare_2: u32,
+}
+
+// How a field is put together at one moment.
+struct Blend {
+    low: vec4<f32>,           // amplitudes of octaves 0 to 3, 4 to 7, 8 to 11
+    middle: vec4<f32>,
+    high: vec4<f32>,
+    cells: f32,               // amplitude of the cells
+    first: f32,               // weights of the two layers of displacement
+    second: f32,
+    width: u32,               // texels
+    height: u32,
+    spare_0: u32,
+    spare_1: u32,
+    spare_2: u32,
+}
+
+// Equal bins of a field's values.
+struct Histogram {
+    low: f32,                 // where the first begins
+    per_unit: f32,            // bins
+    count: u32,               // values
+    spare: u32,
+}
+
+// From a Gaussian field to thickness.
+struct Transfer {
     spread: f32,              // of the logarithm of water path
     threshold: f32,           // water path below which there is no cloud
     scale_m: f32,             // thickness at a water path of 1 above the threshold
     clip_m: f32,              // thickness that is never reached
-    width: u32,
-    spare: u32,
+    width: u32,               // texels
+    height: u32,
+    spare_0: u32,
+    spare_1: u32,
 }
 
 // Grazing rays are computed at this cosine at least: 0.006 degrees above the horizon.

@@ -3,6 +3,9 @@
 // Standard deviation of noise_gradient, measured over many lattices.
 const GRADIENT_NOISE_STD: f32 = 0.2151;
 
+// Cycles per domain of the lowest octave of a field.
+const NOISE_LOWEST_PERIOD: i32 = 3;
+
 // Hash of a lattice point (Jarzynski and Olano 2020, "pcg2d").
 fn noise_hash(x: u32, y: u32) -> vec2<u32> {
     var v = vec2<u32>(x, y) * 1664525u + 1013904223u;
@@ -39,8 +42,17 @@ fn noise_gradient(place: vec2<f32>, period: i32, seed: u32) -> f32 {
     return mix(mix(a, b, fade.x), mix(c, d, fade.x), fade.y);
 }
 
+// Feature point of a cell, inside it. It goes round in a circle, one to three times in either sense while the slowest
+// goes once.
+fn noise_point(cell: vec2<i32>, period: i32, seed: u32, turns: f32) -> vec2<f32> {
+    let way = noise_pair(cell, period, seed + 1u);
+    let times = (1.0 + floor(3.0 * way.x)) * select(-1.0, 1.0, way.y < 0.5);
+    let angle = 2.0 * PI * fract(2.0 * way.y + times * turns);
+    return 0.15 + 0.7 * noise_pair(cell, period, seed) + 0.15 * vec2<f32>(cos(angle), sin(angle));
+}
+
 // Distance to the second nearest feature point minus that to the nearest, cell units (Worley 1996).
-fn noise_cell_edge(place: vec2<f32>, period: i32, seed: u32) -> f32 {
+fn noise_cell_edge(place: vec2<f32>, period: i32, seed: u32, turns: f32) -> f32 {
     let cell = vec2<i32>(floor(place));
     let t = place - floor(place);
     var nearest = 9.0;
@@ -48,7 +60,7 @@ fn noise_cell_edge(place: vec2<f32>, period: i32, seed: u32) -> f32 {
     for (var y = -1; y <= 1; y++) {
         for (var x = -1; x <= 1; x++) {
             let neighbour = vec2<i32>(x, y);
-            let away = length(vec2<f32>(neighbour) + noise_pair(cell + neighbour, period, seed) - t);
+            let away = length(vec2<f32>(neighbour) + noise_point(cell + neighbour, period, seed, turns) - t);
             second = min(second, max(nearest, away));
             nearest = min(nearest, away);
         }

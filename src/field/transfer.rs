@@ -1,6 +1,59 @@
-//! From a Gaussian field to thickness: lognormal water path, threshold, adiabatic root, soft clip.
+//! From a Gaussian field to thickness: lognormal water path, threshold, adiabatic root, soft clip. And from the blended
+//! copies of an image back to its own distribution. Both from counts in equal bins, which a device makes fast and which
+//! do not depend on the order of counting.
 
-use rayon::prelude::*;
+/// Bins of a field's distribution.
+pub(crate) const BINS: usize = 2048;
+
+/// How the values of a field are distributed.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Distribution {
+    /// Where the first bin begins.
+    pub low: f64,
+    /// Width of a bin.
+    pub width: f64,
+    /// Values in each bin.
+    pub counts: Vec<u32>,
+}
+
+impl Distribution {
+    /// Counts values; those beyond the ends fall into the outermost bins.
+    pub fn of(values: &[f32], low: f64, high: f64) -> Self {
+        let width = (high - low) / BINS as f64;
+        let mut counts = vec![0; BINS];
+        for value in values {
+            let place = ((f64::from(*value) - low) / width).clamp(0.0, BINS as f64 - 0.5);
+            counts[place as usize] += 1;
+        }
+        Self { low, width, counts }
+    }
+
+    fn total(&self) -> f64 {
+        self.counts.iter().map(|count| f64::from(*count)).sum()
+    }
+
+    fn edge(&self, bin: usize) -> f64 {
+        self.low + self.width * bin as f64
+    }
+
+    /// The value that a part of all others exceeds; evenly spread inside a bin.
+    fn exceeded_by(&self, part: f64) -> f64 {
+        let mut left = part * self.total();
+        for (bin, count) in self.counts.iter().enumerate().rev() {
+            let count = f64::from(*count);
+            if count > 0.0 && left <= count {
+                return self.edge(bin + 1) - self.width * left / count;
+            }
+            left -= count;
+        }
+        self.low
+    }
+
+    /// Upper edge of the highest bin that holds anything.
+    fn highest(&self) -> f64 {
+        self.counts.iter().rposition(|count| *count > 0).map_or(self.low, |bin| self.edge(bin + 1))
+    }
+}
 
 /// Thickness of a texel: `scale_m sqrt(exp(spread g) - threshold)`, softly clipped.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -11,7 +64,7 @@ pub struct Transfer {
     pub scale_m: f64,
     /// Thickness that is never reached, m.
     pub clip_m: f64,
-    /// Greatest thickness of the field, m.
+    /// No thicker than this, m.
     pub greatest_m: f64,
 }
 
@@ -20,10 +73,11 @@ pub struct Transfer {
 const CLOUDY_M: f64 = 1.0;
 /// The soft clip, in mean thicknesses: cumulus towers do not rise from a stratiform deck.
 const CLIP_MEANS: f64 = 2.5;
-/// Quantiles that stand for the whole field.
-const MAX_SAMPLES: usize = 1 << 15;
 /// Halvings of the search for the scale: to 2^-50 of its range.
 const HALVINGS: u32 = 50;
+/// A cover of 1 has no threshold at all, thin rims included. It comes in over this last part of the range, so that there
+/// is no step.
+const CLOSING: f64 = 0.015;
 
 impl Transfer {
     fn thickness(&self, water: f64) -> f64 {
@@ -33,30 +87,34 @@ impl Transfer {
 }
 
 /// Finds the transfer by which the part `coverage` of the field is cloudy, with a mean thickness of `mean_m` there.
-/// `gaussian`: the field; `spread`: of the logarithm of water path.
-pub fn calibrate(gaussian: &[f32], coverage: f64, mean_m: f64, spread: f64) -> Transfer {
+/// `gaussian`: the field's values; `spread`: of the logarithm of water path.
+pub fn calibrate(gaussian: &Distribution, coverage: f64, mean_m: f64, spread: f64) -> Transfer {
     // The largest number that a shader can hold: drivers may take infinities for anything.
     let none = Transfer { threshold: f32::MAX.into(), scale_m: 0.0, clip_m: 1.0, greatest_m: 0.0 };
-    let cloudy = (coverage * gaussian.len() as f64).round() as usize;
-    if cloudy == 0 || mean_m <= 0.0 {
+    let cloudy = coverage * gaussian.total();
+    // Less than one texel.
+    if cloudy < 0.5 || mean_m <= 0.0 {
         return none;
     }
-    let mut sorted = gaussian.to_vec();
-    sorted.par_sort_unstable_by(|a, b| b.total_cmp(a));
-    let (inside, outside) = sorted.split_at(cloudy);
-    let water = |g: &f32| (spread * f64::from(*g)).exp();
-    let Some(thickest) = inside.first().map(water) else { return none };
-    // Between the thinnest cloudy texel and the thickest clear one.
-    let edge = match (inside.last(), outside.first()) {
-        (Some(a), Some(b)) => Some(0.5 * (water(a) + water(b))),
-        _ => None,
-    };
-    let stride = cloudy.div_ceil(MAX_SAMPLES);
-    let samples: Vec<f64> = inside.iter().skip(stride / 2).step_by(stride).map(water).collect();
+    let water = |g: f64| (spread * g).exp();
+    let edge = gaussian.exceeded_by(coverage);
+    let closing = ((1.0 - coverage) / CLOSING).min(1.0);
+    // Bins above the edge, and the part of one.
+    let samples: Vec<(f64, f64)> = gaussian
+        .counts
+        .iter()
+        .enumerate()
+        .filter_map(|(bin, count)| {
+            let (from, to) = (gaussian.edge(bin).max(edge), gaussian.edge(bin + 1));
+            let weight = f64::from(*count) * (to - from) / gaussian.width;
+            (weight > 0.0).then(|| (weight, water(0.5 * (from + to))))
+        })
+        .collect();
+    let weight: f64 = samples.iter().map(|(weight, _)| weight).sum();
     let cloudy_m = CLOUDY_M.min(0.1 * mean_m);
     let with_scale = |scale_m: f64| {
         // The clip hardly touches a metre, so the edge's thickness is taken without it.
-        let threshold = edge.map_or(0.0, |edge| (edge - (cloudy_m / scale_m).powi(2)).max(0.0));
+        let threshold = closing * (water(edge) - (cloudy_m / scale_m).powi(2)).max(0.0);
         Transfer { threshold, scale_m, clip_m: CLIP_MEANS * mean_m, greatest_m: 0.0 }
     };
     // The mean grows with the scale, up to the clip.
@@ -64,9 +122,105 @@ pub fn calibrate(gaussian: &[f32], coverage: f64, mean_m: f64, spread: f64) -> T
     for _ in 0..HALVINGS {
         let middle = (low * high).sqrt();
         let transfer = with_scale(middle);
-        let sum: f64 = samples.iter().map(|water| transfer.thickness(*water)).sum();
-        if sum < mean_m * samples.len() as f64 { low = middle } else { high = middle }
+        let sum: f64 = samples.iter().map(|(weight, water)| weight * transfer.thickness(*water)).sum();
+        if sum < mean_m * weight { low = middle } else { high = middle }
     }
     let transfer = with_scale(low);
-    Transfer { greatest_m: transfer.thickness(thickest), ..transfer }
+    Transfer { greatest_m: transfer.thickness(water(gaussian.highest())).min(transfer.clip_m), ..transfer }
+}
+
+/// Values of `own` at the places that the edges of `blended`'s bins have in its distribution: as many of the blended
+/// values lie below an edge as of the own ones below what is given for it. Both have the same bins.
+pub fn remap(blended: &Distribution, own: &Distribution) -> Vec<f32> {
+    let (all, all_own) = (blended.total().max(1.0), own.total().max(1.0));
+    let mut below = 0.0;
+    let (mut bin, mut own_below) = (0, 0.0);
+    let mut edges = Vec::with_capacity(BINS + 1);
+    for i in 0..=BINS {
+        let wanted = below / all * all_own;
+        // The bin of the own distribution in which that many are reached.
+        while bin < BINS && own_below + f64::from(own.counts[bin]) < wanted {
+            own_below += f64::from(own.counts[bin]);
+            bin += 1;
+        }
+        let count = own.counts.get(bin).map_or(1.0, |count| f64::from(*count).max(1.0));
+        let inside = ((wanted - own_below) / count).clamp(0.0, 1.0);
+        // What lies in the first bin is clear sky: a gap stays exactly 0.
+        edges.push(if bin == 0 { 0.0 } else { (own.edge(bin) + own.width * inside) as f32 });
+        below += blended.counts.get(i).map_or(0.0, |count| f64::from(*count));
+    }
+    edges
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A normal distribution's quantiles, evenly spaced in probability (Abramowitz and Stegun 26.2.23, to 4.5e-4).
+    fn gaussian(count: usize) -> Vec<f32> {
+        (0..count)
+            .map(|i| {
+                let p = (i as f64 + 0.5) / count as f64;
+                let t = (-2.0 * p.min(1.0 - p).ln()).sqrt();
+                let z = t - (2.515_517 + t * (0.802_853 + t * 0.010_328))
+                    / (1.0 + t * (1.432_788 + t * (0.189_269 + t * 0.001_308)));
+                (if p < 0.5 { -z } else { z }) as f32
+            })
+            .collect()
+    }
+
+    #[test]
+    fn coverage_and_mean_are_met() {
+        let values = gaussian(1 << 16);
+        let distribution = Distribution::of(&values, -6.0, 6.0);
+        for coverage in [0.001, 0.1, 0.5, 0.9, 0.98, 0.99, 0.999, 1.0] {
+            for (mean_m, spread) in [(5.0, 0.5), (250.0, 0.9), (40_000.0, 0.6)] {
+                let found = calibrate(&distribution, coverage, mean_m, spread);
+                let heights: Vec<f64> =
+                    values.iter().map(|g| found.thickness((spread * f64::from(*g)).exp())).collect();
+                let cloudy_m = CLOUDY_M.min(0.1 * mean_m);
+                let cloudy: Vec<f64> = heights.iter().copied().filter(|height| *height > cloudy_m).collect();
+                let cover = cloudy.len() as f64 / heights.len() as f64;
+                let mean = cloudy.iter().sum::<f64>() / cloudy.len() as f64;
+                assert!((cover - coverage).abs() < 0.016, "{coverage} {mean_m}: {cover}");
+                assert!(coverage > 0.98 || (cover / coverage - 1.0).abs() < 0.02, "{coverage} {mean_m}: {cover}");
+                assert!((mean / mean_m - 1.0).abs() < 0.02, "{coverage} {mean_m}: {mean}");
+                assert!(heights.iter().all(|height| *height <= found.greatest_m), "{coverage} {mean_m}");
+            }
+        }
+    }
+
+    #[test]
+    fn nothing_and_steps() {
+        let distribution = Distribution::of(&gaussian(4096), -6.0, 6.0);
+        assert_eq!(calibrate(&distribution, 0.0, 250.0, 0.5).greatest_m, 0.0);
+        assert_eq!(calibrate(&distribution, 0.5, 0.0, 0.5).greatest_m, 0.0);
+        let at = |coverage: f64| calibrate(&distribution, coverage, 250.0, 0.5);
+        let mut last = at(0.9);
+        for i in 1..=1000 {
+            let next = at(0.9 + 1e-4 * f64::from(i));
+            assert!((next.threshold - last.threshold).abs() < 0.01, "{i}: {last:?} {next:?}");
+            last = next;
+        }
+    }
+
+    #[test]
+    fn a_field_keeps_its_distribution() {
+        let own: Vec<f32> = (0..10_000).map(|i| if i < 4000 { 0.0 } else { (i - 4000) as f32 * 0.1 }).collect();
+        let own = Distribution::of(&own, 0.0, 600.0);
+        // Unchanged where nothing was blended, to a bin.
+        let same = remap(&own, &own);
+        let centre = |i: usize| 0.5 * (same[i] + same[i + 1]);
+        for i in 1..BINS {
+            assert!((f64::from(centre(i)) - own.edge(i)).abs() < 1.5 * own.width, "{i}: {}", centre(i));
+        }
+        // Halves of two values: clear sky comes back.
+        let blended: Vec<f32> = (0..10_000).map(|i| 100.0 + i as f32 * 0.03).collect();
+        let edges = remap(&Distribution::of(&blended, 0.0, 600.0), &own);
+        let height = |value: f64| f64::from(edges[(value / own.width) as usize]);
+        assert_eq!(height(150.0), 0.0);
+        // 399.5 m exceed all but 0.17 % of the blended values; 1 m of the own ones is as much.
+        assert!((height(399.5) - 599.0).abs() < 2.0, "{}", height(399.5));
+        assert!(edges.is_sorted());
+    }
 }

@@ -116,22 +116,114 @@ pub struct Remainder {
     pub depths_per_octave: f32,
 }
 
-/// A synthetic field.
+/// Octaves of a synthetic field that share a texture.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq, Default, Pod, Zeroable)]
-pub struct Pattern {
+pub struct Octaves {
     /// Picks one field of many.
     pub seed: u32,
-    /// Of the noise.
-    pub octaves: u32,
-    /// Cells a side.
-    pub cells: u32,
-    /// 0 closed, 1 open, 2 fractal.
+    /// The first of the four.
+    pub first: u32,
+    /// Of the field.
+    pub count: u32,
+    /// Texels a side.
+    pub width: u32,
+}
+
+/// Convective cells of a synthetic field at one moment.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, Pod, Zeroable)]
+pub struct Cells {
+    /// Picks one field of many.
+    pub seed: u32,
+    /// 0 closed, 1 open.
     pub kind: u32,
-    /// Of the cells in the Gaussian field.
-    pub cell_share: f32,
-    /// Brings the noise to a standard deviation of 1.
-    pub noise_scale: f32,
+    /// Cells a side of the coarser lattice.
+    pub count: u32,
+    /// Texels a side.
+    pub width: u32,
+    /// Weight of that lattice.
+    pub coarser: f32,
+    /// Weight of the lattice with one cell more.
+    pub finer: f32,
+    /// Of the slowest of the cells' points.
+    pub turns: f32,
+    /// Unused.
+    pub spare: u32,
+}
+
+/// Phases of the eddies' four bands at one moment.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, Pod, Zeroable)]
+pub struct Eddies {
+    /// Of the bands.
+    pub cosines: [f32; 4],
+    /// Of the bands.
+    pub sines: [f32; 4],
+}
+
+/// A step of the displacement.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, Pod, Zeroable)]
+pub struct Step {
+    /// 0 where a layer is born.
+    pub keep: [f32; 4],
+    /// Way at the root mean square of speed, domains.
+    pub length_uv: f32,
+    /// Unused.
+    pub spare_0: u32,
+    /// Unused.
+    pub spare_1: u32,
+    /// Unused.
+    pub spare_2: u32,
+}
+
+/// How a field is put together at one moment.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, Pod, Zeroable)]
+pub struct Blend {
+    /// Amplitudes of octaves 0 to 3.
+    pub low: [f32; 4],
+    /// 4 to 7.
+    pub middle: [f32; 4],
+    /// 8 to 11.
+    pub high: [f32; 4],
+    /// Amplitude of the cells.
+    pub cells: f32,
+    /// Weight of the first layer of displacement.
+    pub first: f32,
+    /// Weight of the second.
+    pub second: f32,
+    /// Texels in a row.
+    pub width: u32,
+    /// Rows.
+    pub height: u32,
+    /// Unused.
+    pub spare_0: u32,
+    /// Unused.
+    pub spare_1: u32,
+    /// Unused.
+    pub spare_2: u32,
+}
+
+/// Equal bins of a field's values.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, Pod, Zeroable)]
+pub struct Histogram {
+    /// Where the first begins.
+    pub low: f32,
+    /// Bins per unit.
+    pub per_unit: f32,
+    /// Values.
+    pub count: u32,
+    /// Unused.
+    pub spare: u32,
+}
+
+/// From a Gaussian field to thickness.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, Pod, Zeroable)]
+pub struct Transfer {
     /// Of the logarithm of water path.
     pub spread: f32,
     /// Water path below which there is no cloud.
@@ -140,8 +232,12 @@ pub struct Pattern {
     pub scale_m: f32,
     /// Thickness that is never reached.
     pub clip_m: f32,
-    /// Texels a side.
+    /// Texels in a row.
     pub width: u32,
+    /// Rows.
+    pub height: u32,
     /// Unused.
-    pub spare: u32,
+    pub spare_0: u32,
+    /// Unused.
+    pub spare_1: u32,
 }

@@ -65,7 +65,8 @@ pub(crate) enum Bind<'a> {
     Sampler(&'a wgpu::Sampler),
 }
 
-/// A 2-D float texture with its views.
+/// A 2-D float texture with its views. Clones are the same texture.
+#[derive(Clone)]
 pub(crate) struct Target {
     texture: wgpu::Texture,
     /// All mip levels, for sampling.
@@ -167,6 +168,15 @@ impl Gpu {
             size: 4 * count as u64,
             usage: wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_SRC | wgpu::BufferUsages::COPY_DST,
             mapped_at_creation: false,
+        })
+    }
+
+    /// A storage buffer that holds the given floats.
+    pub(crate) fn storage_from(&self, label: &str, data: &[f32]) -> wgpu::Buffer {
+        self.device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
+            label: Some(label),
+            contents: bytemuck::cast_slice(data),
+            usage: wgpu::BufferUsages::STORAGE,
         })
     }
 

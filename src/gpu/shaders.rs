@@ -51,7 +51,14 @@ const IMAGE: [u32; 3] = [16, 16, 1];
 
 shaders! {
     SELF_TEST: "self_test", [1, 1, 1], [];
-    FIELD_NOISE: "field_noise", IMAGE, [NOISE];
+    FIELD_OCTAVES: "field_octaves", IMAGE, [NOISE];
+    FIELD_CELLS: "field_cells", IMAGE, [NOISE];
+    FIELD_VELOCITY: "field_velocity", IMAGE, [];
+    FIELD_DISPLACE: "field_displace", IMAGE, [];
+    FIELD_BLEND: "field_blend", IMAGE, [];
+    FIELD_IMAGE: "field_image", IMAGE, [];
+    FIELD_HISTOGRAM: "field_histogram", [256, 1, 1], [];
+    FIELD_REMAP: "field_remap", IMAGE, [];
     FIELD_THICKNESS: "field_thickness", IMAGE, [];
     DOWNSAMPLE: "downsample", IMAGE, [];
     BASE_LIGHT: "base_light", IMAGE, [PATH, SLAB, SUN];

@@ -6,6 +6,9 @@ use std::f64::consts::TAU;
 /// Standard deviation of [`noise_gradient`], measured over many lattices.
 pub const GRADIENT_NOISE_STD: f64 = 0.2151;
 
+/// Cycles per domain of the lowest octave of a field.
+pub const NOISE_LOWEST_PERIOD: i32 = 3;
+
 /// Hash of a lattice point (Jarzynski and Olano 2020, "pcg2d").
 pub fn noise_hash(x: u32, y: u32) -> UVec2 {
     const A: u32 = 1_664_525;
@@ -46,15 +49,24 @@ pub fn noise_gradient(place: DVec2, period: i32, seed: u32) -> f64 {
     mix(mix(a, b, fade.x), mix(c, d, fade.x), fade.y)
 }
 
+/// Feature point of a cell, inside it. It goes round in a circle, one to three times in either sense while the slowest
+/// goes once.
+pub fn noise_point(cell: IVec2, period: i32, seed: u32, turns: f64) -> DVec2 {
+    let way = noise_pair(cell, period, seed.wrapping_add(1));
+    let times = (1.0 + (3.0 * way.x).floor()) * if way.y < 0.5 { 1.0 } else { -1.0 };
+    let angle = TAU * (2.0 * way.y + times * turns);
+    0.15 + 0.7 * noise_pair(cell, period, seed) + 0.15 * DVec2::from_angle(angle)
+}
+
 /// Distance to the second nearest feature point minus that to the nearest, cell units (Worley 1996).
-pub fn noise_cell_edge(place: DVec2, period: i32, seed: u32) -> f64 {
+pub fn noise_cell_edge(place: DVec2, period: i32, seed: u32, turns: f64) -> f64 {
     let cell = place.floor().as_ivec2();
     let t = place - place.floor();
     let (mut nearest, mut second) = (9.0_f64, 9.0_f64);
     for y in -1..=1 {
         for x in -1..=1 {
             let neighbour = ivec2(x, y);
-            let away = (neighbour.as_dvec2() + noise_pair(cell + neighbour, period, seed) - t).length();
+            let away = (neighbour.as_dvec2() + noise_point(cell + neighbour, period, seed, turns) - t).length();
             second = second.min(nearest.max(away));
             nearest = nearest.min(away);
         }

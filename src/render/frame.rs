@@ -2,7 +2,7 @@
 
 use super::{Job, RenderError, Texture};
 use crate::encode::Metadata;
-use crate::field::{Field, wind_offset};
+use crate::field::{self, Field, wind_offset};
 use crate::gpu::HostMap;
 use crate::gpu::layout::{Frame, MIN_COSINE, View};
 use crate::image::{Image, ImageEncoding};
@@ -92,7 +92,7 @@ impl Moment {
             field.is_uniform() && !albedo_is_map,
             albedo_detail.max(map[0]).max(map[1]),
         );
-        Self { frame, plan, grid, extinction_per_m, top_m: base_m + f64::from(field.depth_m), base_m, texel_m }
+        Self { frame, plan, grid, extinction_per_m, top_m: base_m + f64::from(field.top_m), base_m, texel_m }
     }
 
     /// Height of the plane that a view's texels lie in.
@@ -124,8 +124,8 @@ impl Moment {
     }
 
     /// Names the moment: a scene that nothing moves is the same at all times.
-    pub(super) fn time_key(&self) -> String {
-        format!("{:?}", self.frame.offset_uv)
+    pub(super) fn time_key(&self, job: &Job) -> String {
+        format!("{:?} {}", self.frame.offset_uv, field_key(job))
     }
 
     /// The ground's albedo on the exchange grid, mean over each texel.
@@ -148,6 +148,21 @@ impl Moment {
 
 fn image_of<'a>(job: &'a Job, name: &str) -> Result<&'a Image, RenderError> {
     job.images.get(name).map(|image| &**image).ok_or_else(|| RenderError::MissingImage(name.to_owned()))
+}
+
+/// Names what the layer's field is made from.
+pub(super) fn source_key(job: &Job) -> String {
+    let (domain, layer) = (&job.scene.domain, &job.scene.layers[0]);
+    format!("{domain:?} {:?} {:?}", layer.thickness, layer.wind.turbulence_m_s)
+}
+
+/// Names the layer's field: one that nothing moves is the same at all times.
+pub(super) fn field_key(job: &Job) -> String {
+    let layer = &job.scene.layers[0];
+    match field::moves(&layer.thickness, &layer.wind) {
+        true => format!("{} {:x}", source_key(job), job.request.time_s.to_bits()),
+        false => format!("{:?} {:?}", job.scene.domain, layer.thickness),
+    }
 }
 
 /// The image of the layer's thickness, if it has one.

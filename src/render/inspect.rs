@@ -2,12 +2,13 @@
 
 use super::{Job, RenderError, Renderer, Watch, frame, view};
 use crate::gpu::HostMap;
-use crate::gpu::layout::{Budget, Exchange, Frame, Pattern, View};
+use crate::field::FieldStages;
+use crate::gpu::layout::{Budget, Exchange, Frame, View};
 use crate::light::Grid;
 use crate::request::TextureKind;
 use crate::shade;
 use crate::slice::{self, HostSlice, HostTables};
-use std::sync::Arc;
+use std::sync::{Arc, PoisonError};
 
 /// Results of the stages, with one pass of the exchange between cloud and ground.
 #[derive(Debug, Clone)]
@@ -16,10 +17,8 @@ pub struct Stages {
     pub frame: Frame,
     /// The exchange grid.
     pub exchange: Exchange,
-    /// The synthetic field, if there is one.
-    pub pattern: Option<Pattern>,
-    /// Its Gaussian field.
-    pub gaussian: Vec<f32>,
+    /// The passes that made the thickness, if any did.
+    pub field: Option<FieldStages>,
     /// Thickness, metres.
     pub thickness: HostMap,
     /// Albedo of the ground on the exchange grid.
@@ -68,6 +67,11 @@ impl Renderer {
         }
         let deadline = watch.deadline;
         let field = self.field(job, watch)?;
+        let field_stages = {
+            let source = super::source(&self.gpu, &mut self.sources, job, watch)?;
+            let mut source = source.lock().unwrap_or_else(PoisonError::into_inner);
+            source.inspect(&self.gpu, job.request.time_s, deadline)?
+        };
         let moment = frame::Moment::new(job, &field);
         let frame_uniform = self.gpu.uniform("frame", &moment.frame);
         let (tables, device_tables) = self.device_tables(&moment, job);
@@ -85,12 +89,6 @@ impl Renderer {
         let budget = grid.pass(gpu, &grid.source, &grid.even, &grid.irradiance[0], deadline)?;
         let size = job.request.size.unwrap_or(job.scene.domain.resolution);
         let view = view(job, size, &moment)?;
-        let (pattern, gaussian) = match &field.pattern {
-            Some((pattern, buffer)) => {
-                (Some(*pattern), gpu.read(buffer, (pattern.width * pattern.width) as usize, deadline)?)
-            }
-            None => (None, Vec::new()),
-        };
         let map = |target| gpu.read_map(target, 0, deadline);
         let mips = |target: &crate::gpu::Target| {
             (0..target.levels.len()).map(|level| gpu.read_map(target, level, deadline)).collect::<Result<Vec<_>, _>>()
@@ -99,8 +97,7 @@ impl Renderer {
         let mut stages = Stages {
             frame: moment.frame,
             exchange,
-            pattern,
-            gaussian,
+            field: field_stages,
             thickness: map(&field.thickness)?,
             albedo,
             beam: map(&grid.beam)?,

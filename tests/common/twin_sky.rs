@@ -1,6 +1,7 @@
 //! Small skies whose passes are compared with their twins.
 
 use serde_json::{Value, json};
+use skyloom::image::{Image, ImageEncoding, sha256_hex};
 use skyloom::render::Job;
 use skyloom::request::Request;
 use skyloom::scene::Scene;
@@ -14,11 +15,12 @@ pub(crate) struct Sky {
     pub(crate) thickness: Value,
     pub(crate) droplets: Value,
     pub(crate) albedo: [f64; 3],
+    pub(crate) turbulence_m_s: f64,
 }
 
 impl Sky {
     pub(crate) fn at(zenith_deg: f64) -> Self {
-        Self { zenith_deg, thickness: pattern("open", 0.6), droplets: henyey_greenstein(), albedo: [0.2, 0.5, 0.9] }
+        Self { zenith_deg, thickness: pattern("open", 0.6), droplets: henyey_greenstein(), albedo: [0.2, 0.5, 0.9], turbulence_m_s: 0.0 }
     }
 
     /// Haze that a grazing ray gets through.
@@ -37,14 +39,14 @@ impl Sky {
             "ground": {"albedo": self.albedo},
             "layers": [{
                 "kind": "stratiform", "base_m": 1000, "thickness": self.thickness, "droplets": self.droplets,
-                "wind": {"speed_m_s": 7, "from_deg": 200}
+                "wind": {"speed_m_s": 7, "from_deg": 200, "turbulence_m_s": self.turbulence_m_s}
             }]
         });
         let scene = Scene::from_json(scene.to_string().as_bytes()).unwrap();
         let query: Vec<_> = query.iter().map(|(name, value)| ((*name).to_owned(), (*value).to_owned())).collect();
         let request = Request::parse(texture, "f32", &query).unwrap();
         let tables = scene.mixes().iter().map(|mix| LIBRARY.get(mix, None, &|_| ()).unwrap()).collect();
-        Job { scene: Arc::new(scene), request, tables, images: HashMap::new() }
+        Job { scene: Arc::new(scene), request, tables, images: HashMap::from([(WAVES.0.clone(), Arc::clone(&WAVES.1))]) }
     }
 }
 
@@ -61,5 +63,21 @@ fn henyey_greenstein() -> Value {
 pub(crate) fn water() -> Value {
     json!({"effective_radius_um": 7, "number_per_cm3": 300})
 }
+
+/// An image that stands for a field: clear sky, and waves of cloud.
+pub(crate) fn waves() -> Value {
+    json!({"kind": "image", "image": WAVES.0, "scale_m": 400})
+}
+
+static WAVES: LazyLock<(String, Arc<Image>)> = LazyLock::new(|| {
+    let (width, height) = (48, 32);
+    let sample = |i: u32| {
+        let (x, y) = (f64::from(i % width) / f64::from(width), f64::from(i / width) / f64::from(height));
+        ((std::f64::consts::TAU * (2.0 * x + y)).sin() + 0.3 * (std::f64::consts::TAU * 5.0 * y).cos()).max(0.0) as f32
+    };
+    let data: Vec<f32> = (0..width * height).map(sample).collect();
+    let name = sha256_hex(&data.iter().flat_map(|value| value.to_le_bytes()).collect::<Vec<_>>());
+    (name, Arc::new(Image { width, height, channels: 1, data, encoding: ImageEncoding::Float }))
+});
 
 static LIBRARY: LazyLock<TableLibrary> = LazyLock::new(|| TableLibrary::new(None));

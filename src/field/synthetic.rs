@@ -1,0 +1,272 @@
+//! Synthetic fields: octaves of noise with a -5/3 spectrum, and convective cells.
+
+use super::transfer::{self, Distribution, calibrate};
+use super::{Field, count, read_bins};
+use crate::gpu::layout::{Blend, Cells, Histogram, Octaves, Transfer};
+use crate::gpu::{Bind, Gpu, GpuError, HostMap, Target, shaders};
+use crate::scene::quantity::Quantity as _;
+use crate::scene::{Pattern, Stratocumulus};
+use std::f64::consts::TAU;
+use std::time::Instant;
+
+/// Cycles per domain of the lowest octave of noise: `NOISE_LOWEST_PERIOD` of `shaders/shared/noise.wgsl`.
+const LOWEST_PERIOD: u32 = 3;
+/// Octaves of noise at most: 3 to 1536 cycles.
+const MAX_OCTAVES: u32 = 10;
+/// Octaves that share a texture, and textures.
+const GROUP: u32 = 4;
+const GROUPS: usize = 3;
+/// Texels of a texture of noise per cycle of its finest octave, where the field is not finer than [`FINE`].
+const TEXELS_PER_CYCLE: u32 = 8;
+/// Up to this many texels a side noise is kept twice as fine as the field: it is read between texels, which takes
+/// amplitude from its finest octave. Finer fields would need too much memory.
+const FINE: u32 = 1024;
+/// Part of the cells in the Gaussian field: a compromise between visible cells and a -5/3 spectrum.
+const CELL_SHARE: f64 = 0.7;
+/// Texels of the cells' map per cell: cells are smooth but for the creases between them.
+const TEXELS_PER_CELL: u32 = 32;
+/// Amplitude per octave, 2^(-1/3).
+const OCTAVE_GAIN: f64 = 0.793_700_5;
+/// Standard deviation of the gradient noise of `shaders/shared/noise.wgsl`.
+const GRADIENT_NOISE_STD: f64 = 0.2151;
+/// Ends of the bins of a Gaussian field, standard deviations.
+const RANGE: [f64; 2] = [-6.0, 6.0];
+/// Ways of a cell's size at the speed of the eddies while the slowest of the cells' points goes round once.
+const CELLS_PER_TURN: f64 = 12.0;
+/// Wave number of the octaves and of the cells in cycles per period, as displacement decorrelates them: measured.
+const OCTAVE_WAVES: f64 = 1.0;
+const CELL_WAVES: f64 = 0.7;
+
+/// What a synthetic field is made from at all times.
+pub(super) struct Synthetic {
+    wanted: Stratocumulus,
+    extent_m: f64,
+    resolution: u32,
+    octaves: u32,
+    groups: [Target; GROUPS],
+    /// Uniforms of the groups that hold anything.
+    filled: Vec<Octaves>,
+    cells: Target,
+    pub(super) gaussian: wgpu::Buffer,
+}
+
+/// The numbers of a moment.
+#[derive(Clone, Copy)]
+pub(super) struct Moment {
+    pub(super) blend: Blend,
+    pub(super) histogram: Histogram,
+    pub(super) transfer: Transfer,
+    /// None where the pattern has no cells.
+    pub(super) cells: Option<Cells>,
+}
+
+/// Results of a synthetic field's passes, for tests.
+#[derive(Debug, Clone)]
+pub struct SyntheticStages {
+    /// Octaves of noise, four a map.
+    pub octaves: Vec<(Octaves, HostMap)>,
+    /// Cells, where the pattern has them, and their map.
+    pub cells: (Option<Cells>, HostMap),
+    /// From the field's values to thickness.
+    pub transfer: Transfer,
+}
+
+/// Spread of the logarithm of water path: closed cells are even, open ones patchy.
+fn spread(pattern: Pattern) -> f64 {
+    match pattern {
+        Pattern::Closed => 0.5,
+        Pattern::Open => 0.9,
+        Pattern::Fractal => 0.6,
+    }
+}
+
+impl Synthetic {
+    pub(super) fn new(
+        gpu: &Gpu,
+        wanted: &Stratocumulus,
+        resolution: u32,
+        extent_m: f64,
+        deadline: Option<Instant>,
+    ) -> Result<Self, GpuError> {
+        // No octave is finer than two texels: it could not be shown.
+        let octaves =
+            (1..=MAX_OCTAVES).take_while(|o| o == &1 || LOWEST_PERIOD << (o - 1) <= resolution / 2).count() as u32;
+        let filled: Vec<Octaves> = (0..octaves)
+            .step_by(GROUP as usize)
+            .map(|first| {
+                let finest = LOWEST_PERIOD << ((first + GROUP).min(octaves) - 1);
+                let finer = if resolution <= FINE { 2 * resolution } else { resolution };
+                let width = (TEXELS_PER_CYCLE * finest).min(finer).max(1);
+                Octaves { seed: wanted.seed, first, count: octaves, width }
+            })
+            .collect();
+        let group = |i: usize| {
+            let width = filled.get(i).map_or(1, |group| group.width);
+            gpu.texture("octaves", [width; 2], 4, 1)
+        };
+        let groups = [group(0), group(1), group(2)];
+        gpu.run("field_octaves", deadline, |pass| {
+            for (group, target) in filled.iter().zip(&groups) {
+                let uniform = gpu.uniform("octaves", group);
+                let binds = [Bind::Buffer(&uniform), Bind::View(&target.levels[0])];
+                gpu.dispatch(pass, &shaders::FIELD_OCTAVES, &binds, [group.width; 2]);
+            }
+        })?;
+        let mut synthetic = Self {
+            wanted: *wanted,
+            extent_m,
+            resolution,
+            octaves,
+            groups,
+            filled,
+            cells: gpu.texture_from("cells", [1, 1], 1, &[0.0]),
+            gaussian: gpu.storage("field", resolution as usize * resolution as usize),
+        };
+        if let Some(cells) = synthetic.cells(0.0) {
+            synthetic.cells = gpu.texture("cells", [cells.width; 2], 1, 1);
+        }
+        Ok(synthetic)
+    }
+
+    /// The cells after the eddies have gone a way (m) at the root mean square of their speed.
+    fn cells(&self, way_m: f64) -> Option<Cells> {
+        let kind = match self.wanted.pattern {
+            Pattern::Closed => 0,
+            Pattern::Open => 1,
+            Pattern::Fractal => return None,
+        };
+        let cell_m = self.wanted.cell_m.get();
+        let wanted = (self.extent_m / cell_m).clamp(1.0, f64::from((self.resolution / 4).max(1)));
+        let count = wanted.floor();
+        // Mostly one lattice or the other; in between, both, with the variance of one.
+        let t = ((wanted - count - 0.4) / 0.2).clamp(0.0, 1.0);
+        let finer = t * t * (3.0 - 2.0 * t);
+        let norm = finer.hypot(1.0 - finer);
+        let width = (TEXELS_PER_CELL * (count as u32 + 1)).next_power_of_two().min(self.resolution.max(1));
+        Some(Cells {
+            seed: self.wanted.seed,
+            kind,
+            count: count as u32,
+            width,
+            coarser: ((1.0 - finer) / norm) as f32,
+            finer: (finer / norm) as f32,
+            turns: (way_m / (CELLS_PER_TURN * cell_m)).rem_euclid(1.0) as f32,
+            spare: 0,
+        })
+    }
+
+    /// `weights` of the two layers of displacement, `spread` of their difference on an axis (domains), way of the eddies
+    /// so far (domains).
+    pub(super) fn moment(&self, weights: [f64; 2], spread: f64, way: f64) -> Moment {
+        let cells = self.cells(way * self.extent_m);
+        let share = if cells.is_some() { CELL_SHARE } else { 0.0 };
+        let variance: f64 = (0..self.octaves).map(|o| OCTAVE_GAIN.powi(2 * o as i32)).sum();
+        let scale = (1.0 - share * share).sqrt() / (variance.sqrt() * GRADIENT_NOISE_STD);
+        // Two copies that are displaced against each other: their blend lacks variance by what they differ.
+        let restored = |cycles: f64| {
+            let correlation = (-0.5 * (TAU * cycles * spread).powi(2)).exp();
+            let [a, b] = weights;
+            (a * a + b * b + 2.0 * a * b * correlation).sqrt().recip()
+        };
+        let octave = |o: u32| {
+            if o >= self.octaves {
+                return 0.0;
+            }
+            let cycles = OCTAVE_WAVES * f64::from(LOWEST_PERIOD << o);
+            (scale * OCTAVE_GAIN.powi(o as i32) * restored(cycles)) as f32
+        };
+        let group = |i: u32| [octave(4 * i), octave(4 * i + 1), octave(4 * i + 2), octave(4 * i + 3)];
+        let cells_a_side = cells.map_or(1.0, |cells| f64::from(cells.count));
+        let blend = Blend {
+            low: group(0),
+            middle: group(1),
+            high: group(2),
+            cells: (share * restored(CELL_WAVES * cells_a_side)) as f32,
+            first: weights[0] as f32,
+            second: weights[1] as f32,
+            width: self.resolution,
+            height: self.resolution,
+            ..Blend::default()
+        };
+        let histogram = Histogram {
+            low: RANGE[0] as f32,
+            per_unit: (transfer::BINS as f64 / (RANGE[1] - RANGE[0])) as f32,
+            count: self.resolution * self.resolution,
+            spare: 0,
+        };
+        Moment { blend, histogram, transfer: Transfer::default(), cells }
+    }
+
+    /// Makes the field of a moment. `moves`: other times have other fields.
+    pub(super) fn make(
+        &self,
+        gpu: &Gpu,
+        moment: &Moment,
+        displacement: &Target,
+        bins: &wgpu::Buffer,
+        moves: bool,
+        deadline: Option<Instant>,
+    ) -> Result<(Field, Transfer), GpuError> {
+        let size = [self.resolution; 2];
+        gpu.run("field_blend", deadline, |pass| {
+            if let Some(cells) = &moment.cells {
+                let uniform = gpu.uniform("cells", cells);
+                let binds = [Bind::Buffer(&uniform), Bind::View(&self.cells.levels[0])];
+                gpu.dispatch(pass, &shaders::FIELD_CELLS, &binds, [cells.width; 2]);
+            }
+            let uniform = gpu.uniform("blend", &moment.blend);
+            let [low, middle, high] = &self.groups;
+            let binds = [
+                Bind::Buffer(&uniform),
+                Bind::View(&displacement.view),
+                Bind::View(&low.view),
+                Bind::View(&middle.view),
+                Bind::View(&high.view),
+                Bind::View(&self.cells.view),
+                Bind::Sampler(&gpu.repeat),
+                Bind::Buffer(&self.gaussian),
+            ];
+            gpu.dispatch(pass, &shaders::FIELD_BLEND, &binds, size);
+            count(gpu, pass, &moment.histogram, &self.gaussian, bins);
+        })?;
+        // Coverage and mean are met on the very field that was made, not on a model of it.
+        let counts = read_bins(gpu, bins, deadline)?;
+        let distribution = Distribution { low: RANGE[0], width: (RANGE[1] - RANGE[0]) / transfer::BINS as f64, counts };
+        let spread = spread(self.wanted.pattern);
+        let found = calibrate(&distribution, self.wanted.coverage.get(), self.wanted.mean_m.get(), spread);
+        let transfer = Transfer {
+            spread: spread as f32,
+            threshold: found.threshold as f32,
+            scale_m: found.scale_m as f32,
+            clip_m: found.clip_m as f32,
+            width: self.resolution,
+            height: self.resolution,
+            ..Transfer::default()
+        };
+        let thickness = gpu.texture("thickness", size, 1, 1);
+        gpu.run("field_thickness", deadline, |pass| {
+            let uniform = gpu.uniform("transfer", &transfer);
+            let binds = [Bind::Buffer(&uniform), Bind::Buffer(&self.gaussian), Bind::View(&thickness.levels[0])];
+            gpu.dispatch(pass, &shaders::FIELD_THICKNESS, &binds, size);
+        })?;
+        // Rounding on the device can lift the thickest texel by a few units in the last place.
+        let depth_m = (found.greatest_m * (1.0 + 1e-5)) as f32;
+        let top_m = if moves && depth_m > 0.0 { transfer.clip_m } else { depth_m };
+        Ok((Field { thickness, depth_m, top_m }, transfer))
+    }
+
+    pub(super) fn inspect(
+        &self,
+        gpu: &Gpu,
+        moment: &Moment,
+        deadline: Option<Instant>,
+    ) -> Result<SyntheticStages, GpuError> {
+        let read = |target: &Target| gpu.read_map(target, 0, deadline);
+        let octaves = self.filled.iter().zip(&self.groups).map(|(group, map)| Ok((*group, read(map)?)));
+        Ok(SyntheticStages {
+            octaves: octaves.collect::<Result<_, GpuError>>()?,
+            cells: (moment.cells, read(&self.cells)?),
+            transfer: moment.transfer,
+        })
+    }
+}
