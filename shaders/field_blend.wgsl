@@ -27,13 +27,15 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         return;
     }
     let uv = (vec2<f32>(id.xy) + 0.5) / vec2<f32>(f32(blend.width), f32(blend.height));
-    let moved = sample_periodic(displacement, repeat, uv, 0u);
+    // Eddies ride with the mean wind.
+    let place = uv + blend.offset_uv;
+    let moved = sample_periodic(displacement, repeat, place, 0u);
     var sum = 0.0;
     if blend.first > 0.0 {
-        sum += blend.first * value(uv - moved.xy);
+        sum += blend.first * value(place - moved.xy);
     }
     if blend.second > 0.0 {
-        sum += blend.second * value(uv - moved.zw);
+        sum += blend.second * value(place - moved.zw);
     }
     field[id.y * blend.width + id.x] = sum;
 }

@@ -11,8 +11,10 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         return;
     }
     let uv = (vec2<f32>(id.xy) + 0.5) / vec2<f32>(f32(blend.width), f32(blend.height));
-    let moved = sample_periodic(displacement, repeat, uv, 0u);
-    let first = blend.first * sample_periodic(image, repeat, uv - moved.xy, 0u).x;
-    let second = blend.second * sample_periodic(image, repeat, uv - moved.zw, 0u).x;
+    // Eddies ride with the mean wind.
+    let place = uv + blend.offset_uv;
+    let moved = sample_periodic(displacement, repeat, place, 0u);
+    let first = blend.first * sample_periodic(image, repeat, place - moved.xy, 0u).x;
+    let second = blend.second * sample_periodic(image, repeat, place - moved.zw, 0u).x;
     field[id.y * blend.width + id.x] = first + second;
 }

@@ -1,11 +1,12 @@
-//! Charts of how exact and how fast each method of slab light is, as pictures (SVG) and tables (CSV).
+//! Charts of how exact and how fast each method of slab light, and of moving fields, is, as pictures (SVG) and tables (CSV).
 //!
 //! `truth` solves slabs exactly, `medium` has each method in double precision, `errors` and `cost` measure; `slab`, `fluxes`,
-//! `radiance`, `modified` and `validity` are one chart each; `figure` draws.
+//! `radiance`, `modified`, `validity` and `field` are one chart each; `figure` draws.
 
 mod cost;
 mod csv;
 mod errors;
+mod field;
 mod figure;
 mod fluxes;
 mod medium;
@@ -47,6 +48,7 @@ pub const CHARTS: &[Chart] = &[
         about: "orders of scattering with and without the forward peak",
         make: modified::make,
     },
+    Chart { name: "field", about: "ways to move a field: cost against what they leave of it", make: field::make },
     Chart { name: "slab-validity", about: "where each method holds its accuracy", make: validity::make },
 ];
 

@@ -1,14 +1,15 @@
-//! Stage `field`: the thickness map of a layer at a time. Takes a pattern or an image, gives a periodic texture in the
-//! frame that moves with the mean wind, which only shifts where the map is read ([`wind_offset`]).
+//! Stage `field`: the thickness map of a layer at a time. Takes a pattern or an image, gives a periodic texture.
 //!
-//! A still layer has one map for all times. Where the wind is turbulent, `eddies` displace it: `clock` tells which two
+//! Without turbulence a layer has one map for all times, in the frame that moves with the mean wind, which only shifts where
+//! the map is read ([`wind_offset`]). Where the wind is turbulent, `eddies` displace it: `clock` tells which two
 //! layers of displacement live at a time, `motion` follows them on the device, and what they displace (`synthetic`: octaves
 //! of noise and cells; or an image) is blended and brought to the wanted distribution (`transfer`). A field is a function
 //! of seed and time alone.
 
 mod clock;
-mod eddies;
+pub(crate) mod eddies;
 mod motion;
+mod spectrum;
 mod synthetic;
 mod transfer;
 
@@ -20,6 +21,7 @@ use crate::scene::{self, Thickness, Wind};
 use motion::{Displaced, Motion};
 use std::time::Instant;
 use synthetic::Synthetic;
+pub use spectrum::power_spectrum;
 pub use synthetic::SyntheticStages;
 pub use transfer::{Distribution, Transfer, calibrate, remap};
 
@@ -141,8 +143,15 @@ impl Source {
         Ok(Self { kind, motion })
     }
 
-    /// The field at a time.
-    pub(crate) fn at(&mut self, gpu: &Gpu, time_s: f64, deadline: Option<Instant>) -> Result<Field, GpuError> {
+    /// The field at a time. `offset_uv`: where the mean wind has carried what is made anew for each time, so that its texels are
+    /// those of the domain.
+    pub(crate) fn at(
+        &mut self,
+        gpu: &Gpu,
+        time_s: f64,
+        offset_uv: [f64; 2],
+        deadline: Option<Instant>,
+    ) -> Result<Field, GpuError> {
         match &self.kind {
             Kind::Uniform(metres) => Ok(uploaded(gpu, [1, 1], &[*metres])),
             // An image that does not move is its own field.
@@ -150,11 +159,18 @@ impl Source {
                 let thickness = picture.image.clone();
                 Ok(Field { thickness, depth_m: picture.greatest_m, top_m: picture.greatest_m })
             }
-            Kind::Synthetic(_) | Kind::Image(_) => Ok(self.make(gpu, time_s, deadline)?.field),
+            Kind::Synthetic(_) | Kind::Image(_) => Ok(self.make(gpu, time_s, offset_uv, deadline)?.field),
         }
     }
 
-    fn make(&mut self, gpu: &Gpu, time_s: f64, deadline: Option<Instant>) -> Result<Made, GpuError> {
+    fn make(
+        &mut self,
+        gpu: &Gpu,
+        time_s: f64,
+        offset_uv: [f64; 2],
+        deadline: Option<Instant>,
+    ) -> Result<Made, GpuError> {
+        let offset_uv = offset_uv.map(|part| part as f32);
         let displaced = self.motion.as_mut().map(|motion| motion.follow(gpu, time_s, deadline)).transpose()?;
         let still;
         let displacement = match &self.motion {
@@ -170,14 +186,15 @@ impl Source {
         match &self.kind {
             Kind::Synthetic(synthetic) => {
                 let way = self.motion.as_ref().map_or(0.0, |motion| motion.way(time_s));
-                let moment = synthetic.moment(weights, spread, way);
+                let mut moment = synthetic.moment(weights, spread, way);
+                moment.blend.offset_uv = offset_uv;
                 let field = synthetic.make(gpu, &moment, displacement, &bins, self.motion.is_some(), deadline)?;
                 let (blend, histogram) = (moment.blend, moment.histogram);
                 let moment = synthetic::Moment { transfer: field.1, ..moment };
                 Ok(Made { field: field.0, displaced, blend, histogram, bins, synthetic: Some(moment) })
             }
             Kind::Image(picture) => {
-                let blend = picture.blend(weights);
+                let blend = Blend { offset_uv, ..picture.blend(weights) };
                 let histogram = picture.histogram();
                 let field = picture.make(gpu, &blend, &histogram, displacement, &bins, deadline)?;
                 Ok(Made { field, displaced, blend, histogram, bins, synthetic: None })
@@ -195,6 +212,7 @@ impl Source {
         &mut self,
         gpu: &Gpu,
         time_s: f64,
+        offset_uv: [f64; 2],
         deadline: Option<Instant>,
     ) -> Result<Option<FieldStages>, GpuError> {
         let passes = match &self.kind {
@@ -205,7 +223,7 @@ impl Source {
         if !passes {
             return Ok(None);
         }
-        let made = self.make(gpu, time_s, deadline)?;
+        let made = self.make(gpu, time_s, offset_uv, deadline)?;
         let read = |target: &Target| gpu.read_map(target, 0, deadline);
         let motion = match (&self.motion, &made.displaced) {
             (Some(motion), Some(displaced)) => {

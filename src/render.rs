@@ -320,7 +320,8 @@ impl Renderer {
         self.fields.get_or(&frame::field_key(job), || {
             let source = source(&self.gpu, &mut self.sources, job, watch)?;
             let mut source = source.lock().unwrap_or_else(PoisonError::into_inner);
-            Ok(Arc::new(source.at(&self.gpu, time_s, watch.deadline)?))
+            let [offset_uv, _] = frame::offsets(job);
+            Ok(Arc::new(source.at(&self.gpu, time_s, offset_uv, watch.deadline)?))
         })
     }
 

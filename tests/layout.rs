@@ -76,7 +76,7 @@ fn host_layouts() -> Vec<(&'static str, Layout)> {
         host_layout!(Cells { seed, kind, count, width, coarser, finer, turns, spare }),
         host_layout!(Eddies { cosines, sines }),
         host_layout!(Step { keep, length_uv, spare_0, spare_1, spare_2 }),
-        host_layout!(Blend { low, middle, high, cells, first, second, width, height, spare_0, spare_1, spare_2 }),
+        host_layout!(Blend { low, middle, high, cells, first, second, width, height, spare, offset_uv }),
         host_layout!(Histogram { low, per_unit, count, spare }),
         host_layout!(Transfer { spread, threshold, scale_m, clip_m, width, height, spare_0, spare_1 }),
     ]

@@ -201,14 +201,14 @@ fn check_field(stages: &Stages) {
             let of_octaves: f64 = octaves
                 .iter()
                 .zip(weights)
-                .map(|(map, weights)| weights.iter().map(|w| f64::from(w.abs())).sum::<f64>() * place_error(map, 2.0))
+                .map(|(map, weights)| weights.iter().map(|w| f64::from(w.abs())).sum::<f64>() * place_error(map, 3.0))
                 .sum();
-            let of_cells = f64::from(field.blend.cells) * place_error(&cells_map, 2.0);
+            let of_cells = f64::from(field.blend.cells) * place_error(&cells_map, 3.0);
             (blended, of_octaves + of_cells + BLEND)
         }
         (None, Some(image)) => {
             let blended = reference::field_image::main(&field.blend, &displacement, &map(image));
-            (blended, place_error(&map(image), 2.0) + BLEND * f64::from(stages.frame.depth_m))
+            (blended, place_error(&map(image), 3.0) + BLEND * f64::from(stages.frame.depth_m))
         }
         _ => panic!("a field is synthetic or an image"),
     };

@@ -105,9 +105,8 @@ struct Blend {
     second: f32,
     width: u32,               // texels
     height: u32,
-    spare_0: u32,
-    spare_1: u32,
-    spare_2: u32,
+    spare: u32,
+    offset_uv: vec2<f32>,     // where the mean wind has carried the field
 }
 
 // Equal bins of a field's values.

@@ -137,4 +137,4 @@ impl Motion {
 }
 
 /// See [`Motion::spread`]: per axis and per way at the root mean square of speed in a life; mean over seeds and phases.
-const SPREAD_PER_WAY: f64 = 0.32;
+const SPREAD_PER_WAY: f64 = 0.316;

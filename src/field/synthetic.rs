@@ -34,7 +34,7 @@ const RANGE: [f64; 2] = [-6.0, 6.0];
 /// Ways of a cell's size at the speed of the eddies while the slowest of the cells' points goes round once.
 const CELLS_PER_TURN: f64 = 12.0;
 /// Wave number of the octaves and of the cells in cycles per period, as displacement decorrelates them: measured.
-const OCTAVE_WAVES: f64 = 1.0;
+const OCTAVE_WAVES: f64 = 0.65;
 const CELL_WAVES: f64 = 0.7;
 
 /// What a synthetic field is made from at all times.

@@ -199,11 +199,9 @@ pub struct Blend {
     /// Rows.
     pub height: u32,
     /// Unused.
-    pub spare_0: u32,
-    /// Unused.
-    pub spare_1: u32,
-    /// Unused.
-    pub spare_2: u32,
+    pub spare: u32,
+    /// Where the mean wind has carried the field.
+    pub offset_uv: [f32; 2],
 }
 
 /// Equal bins of a field's values.

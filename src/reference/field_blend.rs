@@ -20,6 +20,8 @@ pub(super) fn displaced(blend: &Blend, displacement: &Map, value: impl Fn([f64; 
     let size = [blend.width, blend.height].map(|side| side as usize);
     Map::from_fn(size[0], size[1], |x, y| {
         let uv = [(x as f64 + 0.5) / size[0] as f64, (y as f64 + 0.5) / size[1] as f64];
+        // Eddies ride with the mean wind.
+        let uv = [0, 1].map(|axis| uv[axis] + f64::from(blend.offset_uv[axis]));
         let [ax, ay, bx, by] = displacement.sample_periodic(uv);
         let first = f64::from(blend.first) * value([uv[0] - ax, uv[1] - ay]);
         let second = f64::from(blend.second) * value([uv[0] - bx, uv[1] - by]);

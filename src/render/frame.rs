@@ -62,7 +62,7 @@ impl Moment {
         let day = if cosine > 0.0 { 1.0 } else { 0.0 };
         let map = [field.thickness.width, field.thickness.height];
         let texel_m = extent_m / f64::from(map[0].max(map[1]));
-        let offset = wind_offset(&layer.wind, job.request.time_s, extent_m);
+        let [_, offset] = offsets(job);
         let frame = Frame {
             sun: rgb(direction, cosine.max(f64::from(MIN_COSINE))),
             sun_light: rgb(scene.light.sun.map(|value| day * value.get()), cosine),
@@ -150,6 +150,14 @@ fn image_of<'a>(job: &'a Job, name: &str) -> Result<&'a Image, RenderError> {
     job.images.get(name).map(|image| &**image).ok_or_else(|| RenderError::MissingImage(name.to_owned()))
 }
 
+/// Where the mean wind has carried the layer: as its map is made, and as it is read. A map that is made anew for each time has
+/// its texels in the domain's, so that it is read where it was calibrated; one for all times is read between its texels.
+pub(super) fn offsets(job: &Job) -> [[f64; 2]; 2] {
+    let layer = &job.scene.layers[0];
+    let offset = wind_offset(&layer.wind, job.request.time_s, job.scene.extent_m());
+    if field::moves(&layer.thickness, &layer.wind) { [offset, [0.0; 2]] } else { [[0.0; 2], offset] }
+}
+
 /// Names what the layer's field is made from.
 pub(super) fn source_key(job: &Job) -> String {
     let (domain, layer) = (&job.scene.domain, &job.scene.layers[0]);
@@ -160,7 +168,7 @@ pub(super) fn source_key(job: &Job) -> String {
 pub(super) fn field_key(job: &Job) -> String {
     let layer = &job.scene.layers[0];
     match field::moves(&layer.thickness, &layer.wind) {
-        true => format!("{} {:x}", source_key(job), job.request.time_s.to_bits()),
+        true => format!("{} {:?} {:x}", source_key(job), layer.wind, job.request.time_s.to_bits()),
         false => format!("{:?} {:?}", job.scene.domain, layer.thickness),
     }
 }

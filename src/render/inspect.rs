@@ -70,7 +70,8 @@ impl Renderer {
         let field_stages = {
             let source = super::source(&self.gpu, &mut self.sources, job, watch)?;
             let mut source = source.lock().unwrap_or_else(PoisonError::into_inner);
-            source.inspect(&self.gpu, job.request.time_s, deadline)?
+            let [offset_uv, _] = frame::offsets(job);
+            source.inspect(&self.gpu, job.request.time_s, offset_uv, deadline)?
         };
         let moment = frame::Moment::new(job, &field);
         let frame_uniform = self.gpu.uniform("frame", &moment.frame);
