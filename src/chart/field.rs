@@ -147,7 +147,7 @@ fn bicubic(field: &[f32], [x, y]: [f32; 2]) -> f32 {
     sum
 }
 
-fn map(value: impl Fn(usize) -> f32 + Sync) -> Vec<f32> {
+fn map(value: impl Fn(usize) -> f32 + Send + Sync) -> Vec<f32> {
     (0..SIDE * SIDE).into_par_iter().map(value).collect()
 }
 
