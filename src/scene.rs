@@ -142,7 +142,7 @@ pub struct Stratocumulus {
     pub mean_m: MeanThicknessM,
     /// Part of the domain with more than 1 m of cloud.
     pub coverage: Coverage,
-    /// Size of a convective cell; the nearest that divides the domain into whole cells is used.
+    /// Size of a convective cell. The domain holds whole cells: between two such sizes, one pattern fades into the other.
     pub cell_m: CellM,
     /// Picks one field of many alike.
     pub seed: u32,
@@ -206,7 +206,7 @@ pub struct Wind {
     pub speed_m_s: SpeedMS,
     /// Where it comes from, clockwise from north.
     pub from_deg: AzimuthDeg,
-    /// Speed of eddies. Kept with the scene; this version moves a field by its mean wind alone.
+    /// Speed of the eddies that move a field's parts against each other: root mean square of their velocity.
     pub turbulence_m_s: TurbulenceMS,
 }
 
@@ -271,14 +271,14 @@ impl Scene {
         found
     }
 
-    /// Fields that are accepted and kept but change nothing in this version.
+    /// Fields that are accepted and kept but change nothing in this scene.
     pub fn notes(&self) -> Vec<FieldError> {
-        let turbulent = |layer: &Layer| layer.wind.turbulence_m_s.get() > 0.0;
+        let idle = |layer: &Layer| layer.wind.turbulence_m_s.get() > 0.0 && matches!(layer.thickness, Thickness::Uniform(_));
         let note = |(i, _)| FieldError {
             pointer: format!("/layers/{i}/wind/turbulence_m_s"),
-            detail: "kept, without effect: this version moves a field by its mean wind alone".to_owned(),
+            detail: "kept, without effect: a layer of the same thickness everywhere has nothing to move".to_owned(),
         };
-        self.layers.iter().enumerate().filter(|(_, layer)| turbulent(layer)).map(note).collect()
+        self.layers.iter().enumerate().filter(|(_, layer)| idle(layer)).map(note).collect()
     }
 
     /// The droplet mixes whose tables a rendering needs, in the order of the layers.
