@@ -20,7 +20,13 @@ use std::time::Duration;
 const SIDES: [u32; 3] = [256, 512, 1024];
 
 /// A scene that no earlier one shares its field with, nor its light at another time.
-fn job(library: &TableLibrary, side: u32, seed: u64, texture: &str, format: &str, query: &[(&str, String)]) -> Job {
+fn job(
+    library: &TableLibrary,
+    side: u32,
+    (seed, turbulence_m_s): (u64, f64),
+    (texture, format): (&str, &str),
+    query: &[(&str, String)],
+) -> Job {
     let scene = json!({
         "domain": { "extent_m": 20000, "resolution": side },
         "sun": { "zenith_deg": 60, "azimuth_deg": 160 },
@@ -29,7 +35,7 @@ fn job(library: &TableLibrary, side: u32, seed: u64, texture: &str, format: &str
         "layers": [{ "base_m": 1000,
             "thickness": { "kind": "stratocumulus", "pattern": "closed", "coverage": 0.9, "seed": seed },
             "droplets": { "henyey_greenstein": 0.85, "extinction_per_m": 0.037 },
-            "wind": { "speed_m_s": 8, "from_deg": 250 } }],
+            "wind": { "speed_m_s": 8, "from_deg": 250, "turbulence_m_s": turbulence_m_s } }],
     });
     let scene = Scene::from_json(scene.to_string().as_bytes()).unwrap();
     let query: Vec<_> = query.iter().map(|(name, value)| ((*name).to_owned(), value.clone())).collect();
@@ -38,23 +44,60 @@ fn job(library: &TableLibrary, side: u32, seed: u64, texture: &str, format: &str
     Job { scene: Arc::new(scene), request, tables, images: HashMap::new() }
 }
 
-/// What is timed: a stage of rendering some texture, and whether each run needs a new field or a new moment.
+/// What is timed: a stage of rendering some texture, and whether each run needs a new field or a new moment, of a layer that
+/// eddies move or not.
 struct Case {
     name: &'static str,
     texture: &'static str,
     stage: &'static str,
     query: &'static [(&'static str, &'static str)],
     new_field: bool,
-    new_moment: bool,
+    /// Time from run to run; 0 where all are of the same moment.
+    step_s: f64,
+    turbulence_m_s: f64,
 }
 
 const fn shade(name: &'static str, texture: &'static str, query: &'static [(&'static str, &'static str)]) -> Case {
-    Case { name, texture, stage: "shade", query, new_field: false, new_moment: false }
+    Case { name, texture, stage: "shade", query, new_field: false, step_s: 0.0, turbulence_m_s: 0.0 }
 }
 
 const CASES: &[Case] = &[
-    Case { name: "field", texture: "thickness", stage: "field", query: &[], new_field: true, new_moment: false },
-    Case { name: "light", texture: "irradiance", stage: "light", query: &[], new_field: false, new_moment: true },
+    Case {
+        name: "field",
+        texture: "thickness",
+        stage: "field",
+        query: &[],
+        new_field: true,
+        step_s: 0.0,
+        turbulence_m_s: 0.0,
+    },
+    Case {
+        name: "field, from a checkpoint",
+        texture: "thickness",
+        stage: "field",
+        query: &[],
+        new_field: false,
+        step_s: 4.0,
+        turbulence_m_s: 1.5,
+    },
+    Case {
+        name: "field, by replay",
+        texture: "thickness",
+        stage: "field",
+        query: &[],
+        new_field: false,
+        step_s: 12_345.6,
+        turbulence_m_s: 1.5,
+    },
+    Case {
+        name: "light",
+        texture: "irradiance",
+        stage: "light",
+        query: &[],
+        new_field: false,
+        step_s: 1.0,
+        turbulence_m_s: 0.0,
+    },
     shade("thickness", "thickness", &[]),
     shade("shadow", "shadow", &[]),
     shade("irradiance", "irradiance", &[]),
@@ -86,10 +129,10 @@ fn stages(criterion: &mut Criterion) {
                         let seed = if case.new_field { run } else { 1 };
                         let mut query: Vec<_> =
                             case.query.iter().map(|(name, value)| (*name, (*value).to_owned())).collect();
-                        if case.new_moment {
-                            query.push(("time", run.to_string()));
+                        if case.step_s > 0.0 {
+                            query.push(("time", (case.step_s * run as f64).to_string()));
                         }
-                        let job = job(&library, side, seed, case.texture, "f32", &query);
+                        let job = job(&library, side, (seed, case.turbulence_m_s), (case.texture, "f32"), &query);
                         let texture = renderer.render(&job, &Watch::default()).unwrap();
                         let stage = texture.timings.iter().find(|(stage, _)| *stage == case.stage).unwrap().1;
                         times.push(stage);
@@ -119,7 +162,7 @@ fn encoders(criterion: &mut Criterion) {
     for format in ["exr", "png", "f32"] {
         let mut group = criterion.benchmark_group(format!("encode {format}"));
         for side in SIDES {
-            let job = job(&library, side, 1, "cloud", format, &[]);
+            let job = job(&library, side, (1, 0.0), ("cloud", format), &[]);
             let texture = renderer.render(&job, &Watch::default()).unwrap();
             group.throughput(Throughput::Elements(u64::from(side) * u64::from(side)));
             group.bench_function(BenchmarkId::from_parameter(side), |bench| {

@@ -19,9 +19,9 @@ use crate::image::Image;
 use crate::scene::quantity::Quantity as _;
 use crate::scene::{self, Thickness, Wind};
 use motion::{Displaced, Motion};
+pub use spectrum::power_spectrum;
 use std::time::Instant;
 use synthetic::Synthetic;
-pub use spectrum::power_spectrum;
 pub use synthetic::SyntheticStages;
 pub use transfer::{Distribution, Transfer, calibrate, remap};
 
@@ -104,6 +104,17 @@ pub struct MotionStages {
 /// Whether the eddies move a layer: what is the same everywhere has nothing to move.
 pub(crate) fn moves(thickness: &Thickness, wind: &Wind) -> bool {
     wind.turbulence_m_s.get() > 0.0 && !matches!(thickness, Thickness::Uniform(_))
+}
+
+/// How fine a layer's field is, in words.
+pub(crate) fn octaves_in_words(thickness: &Thickness, resolution: u32) -> String {
+    match thickness {
+        Thickness::Stratocumulus(_) => {
+            format!("{resolution} texels, {} octaves: no wave below two texels", synthetic::octaves(resolution))
+        }
+        Thickness::Map { .. } => "as fine as the image".to_owned(),
+        Thickness::Uniform(_) => "one texel".to_owned(),
+    }
 }
 
 /// A field, and what the passes before its last one left.
@@ -334,7 +345,13 @@ fn uploaded(gpu: &Gpu, size: [u32; 2], metres: &[f32]) -> Field {
 const COUNTING_GROUPS: u32 = 64;
 
 /// Counts a field's values into zeroed bins.
-fn count(gpu: &Gpu, pass: &mut wgpu::ComputePass<'_>, histogram: &Histogram, field: &wgpu::Buffer, bins: &wgpu::Buffer) {
+fn count(
+    gpu: &Gpu,
+    pass: &mut wgpu::ComputePass<'_>,
+    histogram: &Histogram,
+    field: &wgpu::Buffer,
+    bins: &wgpu::Buffer,
+) {
     let uniform = gpu.uniform("histogram", histogram);
     let binds = [Bind::Buffer(&uniform), Bind::Buffer(field), Bind::Buffer(bins)];
     let threads = COUNTING_GROUPS * shaders::FIELD_HISTOGRAM.workgroup[0];

@@ -4,6 +4,7 @@
 //! (docs/charts/slab.csv) and the tests. Each stage takes its cheapest choice whose own error stays below the tolerance,
 //! or its finest where none does; [`expected_error`] tells what they come to together.
 
+use crate::field;
 use crate::request::{Method, Request, TextureKind};
 use crate::scene::quantity::Quantity as _;
 use crate::scene::{GroundAlbedo, Scene, Thickness};
@@ -89,12 +90,21 @@ impl Plan {
             return choices;
         };
         let uniform = matches!(layer.thickness, Thickness::Uniform(_));
-        add(
-            "field",
-            if uniform { "one texel" } else { "periodic map, moved by the mean wind" }.to_owned(),
-            if uniform { "the thickness is the same everywhere" } else { "made once, for all times" }.to_owned(),
-            0.0,
-        );
+        let (choice, reason) = match (uniform, field::moves(&layer.thickness, &layer.wind)) {
+            (true, _) => ("one texel".to_owned(), "the thickness is the same everywhere"),
+            (_, true) => (
+                format!("map displaced by eddies, {}", field::octaves_in_words(&layer.thickness, scene.resolution())),
+                "turbulence; at most a life of 64 steps, from a checkpoint fewer",
+            ),
+            (_, false) => (
+                format!(
+                    "map moved by the mean wind, {}",
+                    field::octaves_in_words(&layer.thickness, scene.resolution())
+                ),
+                "no turbulence: made once, for all times",
+            ),
+        };
+        add("field", choice, reason.to_owned(), 0.0);
         let march = match self.step_texels as u32 {
             _ if uniform => "closed form".to_owned(),
             1 => "cut at every texel: exact up to 1024 cuts".to_owned(),

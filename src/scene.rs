@@ -273,7 +273,8 @@ impl Scene {
 
     /// Fields that are accepted and kept but change nothing in this scene.
     pub fn notes(&self) -> Vec<FieldError> {
-        let idle = |layer: &Layer| layer.wind.turbulence_m_s.get() > 0.0 && matches!(layer.thickness, Thickness::Uniform(_));
+        let idle =
+            |layer: &Layer| layer.wind.turbulence_m_s.get() > 0.0 && matches!(layer.thickness, Thickness::Uniform(_));
         let note = |(i, _)| FieldError {
             pointer: format!("/layers/{i}/wind/turbulence_m_s"),
             detail: "kept, without effect: a layer of the same thickness everywhere has nothing to move".to_owned(),

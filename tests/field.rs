@@ -128,7 +128,8 @@ fn nothing_folds() {
             let (d, side) = (&now.displacement, now.displacement.width as usize);
             // The layer that has the weight now.
             let layer = if now.blend.first > 0.5 { 0 } else { 2 };
-            let at = |x: usize, y: usize, axis: usize| f64::from(d.data[4 * ((y % side) * side + x % side) + layer + axis]);
+            let at =
+                |x: usize, y: usize, axis: usize| f64::from(d.data[4 * ((y % side) * side + x % side) + layer + axis]);
             for i in 0..side * side {
                 let (x, y) = (i % side, i / side);
                 let scale = side as f64 / 2.0;
@@ -255,7 +256,9 @@ fn every_parameter_is_continuous() {
 #[test]
 fn absurd_winds_are_borne() {
     let mut sky = Sky::open();
-    for (speed, turbulence, extent) in [(200.0, 50.0, 1.0), (200.0, 50.0, 1e6), (0.0, 1e-9, 20_000.0), (0.0, 50.0, 100.0)] {
+    for (speed, turbulence, extent) in
+        [(200.0, 50.0, 1.0), (200.0, 50.0, 1e6), (0.0, 1e-9, 20_000.0), (0.0, 50.0, 100.0)]
+    {
         for time in ["0", "0.001", "86400", "1e9"] {
             let mut scene = moving("closed", 0.9, 3, turbulence);
             scene["domain"] = json!({ "extent_m": extent, "resolution": 64 });

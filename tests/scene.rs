@@ -176,7 +176,10 @@ fn image_names_are_hashes() {
 
 #[test]
 fn fields_without_effect_are_noted() {
-    let notes = Scene::from_json(full().to_string().as_bytes()).unwrap().notes();
+    let mut scene = full();
+    assert!(Scene::from_json(scene.to_string().as_bytes()).unwrap().notes().is_empty());
+    scene["layers"][0]["thickness"] = json!({ "kind": "uniform", "metres": 100 });
+    let notes = Scene::from_json(scene.to_string().as_bytes()).unwrap().notes();
     assert_eq!(notes.len(), 1);
     assert_eq!(notes[0].pointer, "/layers/0/wind/turbulence_m_s");
 }

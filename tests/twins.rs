@@ -417,7 +417,9 @@ fn fields_of_every_pattern() {
 
 #[test]
 fn fields_that_move() {
-    for (thickness, name) in [(pattern("closed", 0.8), "closed"), (pattern("fractal", 0.5), "fractal"), (waves(), "image")] {
+    for (thickness, name) in
+        [(pattern("closed", 0.8), "closed"), (pattern("fractal", 0.5), "fractal"), (waves(), "image")]
+    {
         for (turbulence_m_s, time) in [(1.5, "0"), (1.5, "1234.5"), (0.01, "100"), (50.0, "1e9")] {
             eprintln!("{name}, eddies of {turbulence_m_s} m/s, at {time} s");
             let sky = Sky { thickness: thickness.clone(), turbulence_m_s, ..Sky::at(50.0) };

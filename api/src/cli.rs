@@ -16,6 +16,7 @@ use crate::config::Config;
 use crate::serve;
 
 mod chart;
+mod film;
 mod render;
 
 /// Why a command did not do what was asked.
@@ -79,6 +80,7 @@ fn run(arguments: impl IntoIterator<Item = OsString>) -> Result<(), Fault> {
             match name {
                 "render" => render::command(options),
                 "plan" => render::plan(options),
+                "film" => film::command(options),
                 "check" => check(options),
                 "chart" => chart::command(options),
                 _ => list_adapters(),
@@ -125,6 +127,7 @@ fn command() -> Command {
         )
         .subcommand(render_command(scene()))
         .subcommand(plan_command(scene()))
+        .subcommand(film_command(scene()))
         .subcommand(
             Command::new("check")
                 .about("Checks a scene; prints it with every default spelled out")
@@ -197,6 +200,52 @@ fn plan_command(scene: Arg) -> Command {
         .arg(scene)
         .arg(Arg::new("TEXTURE.FORMAT").help("The texture, as for render [default: cloud.exr]"))
         .after_help("Example:\n  skyloom plan scene.json cloud.exr --tolerance 0.3");
+    with_query(command)
+}
+
+/// `film` has the options of `render`, as far as they make pictures.
+fn film_command(scene: Arg) -> Command {
+    let number = |name: &'static str, value: &'static str| {
+        Arg::new(name).long(name).value_name(value).value_parser(value_parser!(f64)).allow_hyphen_values(true)
+    };
+    let command = Command::new("film")
+        .about("Renders a texture at many times: an animation (.gif), or a strip of pictures (.png)")
+        .arg(scene)
+        .arg(Arg::new("TEXTURE").help("cloud, shadow, irradiance or thickness [default: cloud]"))
+        .arg(number("every", "SECONDS").help("Time from frame to frame, of the scene [default: 10]"))
+        .arg(
+            Arg::new("count")
+                .long("count")
+                .value_name("1 to 10000")
+                .value_parser(value_parser!(u32).range(1..=10_000))
+                .help("Frames [default: 48]"),
+        )
+        .arg(number("fps", "0.1 to 50").help("Frames a second of the animation [default: 15]"))
+        .arg(
+            Arg::new("behind")
+                .long("behind")
+                .value_name("#rrggbb")
+                .value_parser(film::colour)
+                .help("Colour behind the clouds [default: #2c3f63]"),
+        )
+        .arg(
+            Arg::new("output")
+                .short('o')
+                .long("output")
+                .value_name("FILE")
+                .value_parser(value_parser!(PathBuf))
+                .help("File to write, .gif or .png [default: film.gif]"),
+        )
+        .arg(
+            Arg::new("adapter")
+                .long("adapter")
+                .value_name("NAME")
+                .help("Part of the name of the graphics device to use"),
+        )
+        .after_help(
+            "Example:\n  skyloom film scene.json cloud --eye=0,0,2 --size 256 --every 20 --count 60 -o clouds.gif\n\n\
+             The first frame is at --time.",
+        );
     with_query(command)
 }
 

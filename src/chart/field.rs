@@ -323,13 +323,13 @@ fn picture(found: &[Found]) -> Figure {
         Panel {
             title: "amplitude at the fine scales".to_owned(),
             x: time(),
-            y: Axis::linear("part of that at the start", [0.0, 1.2], 0.2),
+            y: Axis::linear("part of that at the start", [0.0, 1.4], 0.2),
             marks: lines(&|found, i| found.left[i].fine),
         },
         Panel {
             title: "variance".to_owned(),
             x: time(),
-            y: Axis::linear("part of that at the start", [0.0, 1.2], 0.2),
+            y: Axis::linear("part of that at the start", [0.0, 1.4], 0.2),
             marks: lines(&|found, i| found.left[i].variance),
         },
         Panel {

@@ -61,7 +61,10 @@ impl Eddies {
     pub(crate) fn phases(&self, time: f64) -> layout::Eddies {
         // Brought to one turn in f64: times may be long.
         let angles = self.rates.map(|rate| TAU * (rate * time).rem_euclid(1.0));
-        layout::Eddies { cosines: angles.map(|angle| angle.cos() as f32), sines: angles.map(|angle| angle.sin() as f32) }
+        layout::Eddies {
+            cosines: angles.map(|angle| angle.cos() as f32),
+            sines: angles.map(|angle| angle.sin() as f32),
+        }
     }
 }
 

@@ -80,6 +80,11 @@ fn spread(pattern: Pattern) -> f64 {
     }
 }
 
+/// Octaves of noise of a field: none is finer than two texels, it could not be shown.
+pub(super) fn octaves(resolution: u32) -> u32 {
+    (1..=MAX_OCTAVES).take_while(|o| o == &1 || LOWEST_PERIOD << (o - 1) <= resolution / 2).count() as u32
+}
+
 impl Synthetic {
     pub(super) fn new(
         gpu: &Gpu,
@@ -88,9 +93,7 @@ impl Synthetic {
         extent_m: f64,
         deadline: Option<Instant>,
     ) -> Result<Self, GpuError> {
-        // No octave is finer than two texels: it could not be shown.
-        let octaves =
-            (1..=MAX_OCTAVES).take_while(|o| o == &1 || LOWEST_PERIOD << (o - 1) <= resolution / 2).count() as u32;
+        let octaves = octaves(resolution);
         let filled: Vec<Octaves> = (0..octaves)
             .step_by(GROUP as usize)
             .map(|first| {

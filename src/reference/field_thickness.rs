@@ -8,7 +8,9 @@ use crate::gpu::layout::Transfer;
 pub fn main(transfer: &Transfer, field: &[f32]) -> Map {
     debug_assert!(transfer.clip_m > 0.0, "thickness clipped at {}", transfer.clip_m);
     let width = transfer.width as usize;
-    Map::from_fn(width, transfer.height as usize, |x, y| [height_m(transfer, f64::from(field[y * width + x])), 0.0, 0.0, 0.0])
+    Map::from_fn(width, transfer.height as usize, |x, y| {
+        [height_m(transfer, f64::from(field[y * width + x])), 0.0, 0.0, 0.0]
+    })
 }
 
 fn height_m(transfer: &Transfer, field: f64) -> f64 {

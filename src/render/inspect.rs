@@ -1,8 +1,8 @@
 //! Every stage's input and output for one request: what tests compare with the twins in `reference`.
 
 use super::{Job, RenderError, Renderer, Watch, frame, view};
-use crate::gpu::HostMap;
 use crate::field::FieldStages;
+use crate::gpu::HostMap;
 use crate::gpu::layout::{Budget, Exchange, Frame, View};
 use crate::light::Grid;
 use crate::request::TextureKind;

@@ -20,7 +20,13 @@ pub(crate) struct Sky {
 
 impl Sky {
     pub(crate) fn at(zenith_deg: f64) -> Self {
-        Self { zenith_deg, thickness: pattern("open", 0.6), droplets: henyey_greenstein(), albedo: [0.2, 0.5, 0.9], turbulence_m_s: 0.0 }
+        Self {
+            zenith_deg,
+            thickness: pattern("open", 0.6),
+            droplets: henyey_greenstein(),
+            albedo: [0.2, 0.5, 0.9],
+            turbulence_m_s: 0.0,
+        }
     }
 
     /// Haze that a grazing ray gets through.
@@ -46,7 +52,12 @@ impl Sky {
         let query: Vec<_> = query.iter().map(|(name, value)| ((*name).to_owned(), (*value).to_owned())).collect();
         let request = Request::parse(texture, "f32", &query).unwrap();
         let tables = scene.mixes().iter().map(|mix| LIBRARY.get(mix, None, &|_| ()).unwrap()).collect();
-        Job { scene: Arc::new(scene), request, tables, images: HashMap::from([(WAVES.0.clone(), Arc::clone(&WAVES.1))]) }
+        Job {
+            scene: Arc::new(scene),
+            request,
+            tables,
+            images: HashMap::from([(WAVES.0.clone(), Arc::clone(&WAVES.1))]),
+        }
     }
 }
 

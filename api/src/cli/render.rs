@@ -106,6 +106,11 @@ fn request(name: &str, options: &ArgMatches) -> Result<Request, Fault> {
     let (texture, format) = name
         .rsplit_once('.')
         .ok_or_else(|| Fault::Usage(format!("{name:?} names no texture: it is TEXTURE.FORMAT, such as cloud.exr")))?;
+    parsed(texture, format, options)
+}
+
+/// A request from the options that are named as the query's parameters.
+pub(super) fn parsed(texture: &str, format: &str, options: &ArgMatches) -> Result<Request, Fault> {
     let mut query = Vec::new();
     for parameter in QUERY_PARAMETERS {
         for value in options.get_many::<String>(parameter.name).into_iter().flatten() {
@@ -151,7 +156,7 @@ pub(super) fn read_scene(path: &Path, unknown: Unknown) -> Result<(Scene, Images
     Ok((scene, images))
 }
 
-fn tables(library: &TableLibrary, mix: &Mix, detail: Option<Detail>) -> Result<Arc<MixTables>, Fault> {
+pub(super) fn tables(library: &TableLibrary, mix: &Mix, detail: Option<Detail>) -> Result<Arc<MixTables>, Fault> {
     let bar = LateBar::new(format!("tables of {}", mix.describe()));
     library.get(mix, detail, &|part| bar.set(part)).map_err(|error| Fault::Failure(error.to_string()))
 }
