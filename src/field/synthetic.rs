@@ -24,7 +24,7 @@ const FINE: u32 = 1024;
 /// Part of the cells in the Gaussian field: a compromise between visible cells and a -5/3 spectrum.
 const CELL_SHARE: f64 = 0.7;
 /// Texels of the cells' map per cell: cells are smooth but for the creases between them.
-const TEXELS_PER_CELL: u32 = 32;
+const TEXELS_PER_CELL: u32 = 20;
 /// Amplitude per octave, 2^(-1/3).
 const OCTAVE_GAIN: f64 = 0.793_700_5;
 /// Standard deviation of the gradient noise of `shaders/shared/noise.wgsl`.
@@ -145,7 +145,7 @@ impl Synthetic {
         let t = ((wanted - count - 0.4) / 0.2).clamp(0.0, 1.0);
         let finer = t * t * (3.0 - 2.0 * t);
         let norm = finer.hypot(1.0 - finer);
-        let width = (TEXELS_PER_CELL * (count as u32 + 1)).next_power_of_two().min(self.resolution.max(1));
+        let width = (TEXELS_PER_CELL * (count as u32 + 1)).min(self.resolution.max(1));
         Some(Cells {
             seed: self.wanted.seed,
             kind,
