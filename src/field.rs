@@ -49,8 +49,8 @@ pub(crate) struct Source {
 
 enum Kind {
     Uniform(f32),
-    Synthetic(Synthetic),
-    Image(Picture),
+    Synthetic(Box<Synthetic>),
+    Image(Box<Picture>),
 }
 
 /// An image's thickness, and its own distribution.
@@ -141,9 +141,11 @@ impl Source {
         let kind = match (thickness, image) {
             (Thickness::Uniform(metres), _) => Kind::Uniform(metres.get() as f32),
             (Thickness::Stratocumulus(wanted), _) => {
-                Kind::Synthetic(Synthetic::new(gpu, wanted, resolution, extent_m, deadline)?)
+                Kind::Synthetic(Box::new(Synthetic::new(gpu, wanted, resolution, extent_m, deadline)?))
             }
-            (Thickness::Map { scale_m, .. }, Some(image)) => Kind::Image(Picture::new(gpu, image, scale_m.get())),
+            (Thickness::Map { scale_m, .. }, Some(image)) => {
+                Kind::Image(Box::new(Picture::new(gpu, image, scale_m.get())))
+            }
             (Thickness::Map { .. }, None) => Kind::Uniform(0.0),
         };
         let seed = match thickness {

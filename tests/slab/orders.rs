@@ -314,13 +314,14 @@ fn the_closure_is_never_negative_and_sums_to_the_exact_fluxes() {
     }
 }
 
-/// The paper's fit for its own droplets misses the exact flux by up to 0.071, but loses and makes no light, and leaves no order
+/// The paper's fit for its own droplets misses the exact flux by up to 0.114 for suns to 80 degrees (at 20 m and 80 degrees,
+/// as independent solvers find too), but loses and makes no light, and leaves no order
 /// below zero, at any sun and depth.
 #[test]
 fn the_papers_fit_is_closed_as_the_exact_fluxes_are() {
     let table = build(1.0, &GREEN);
     with_low_orders(&table, |low| {
-        let low = LowOrders { totals: Totals::Fitted { metres_per_depth: 20.0 }, ..*low };
+        let low = LowOrders { totals: Totals::Fitted { metres_per_depth: 1.0 / 0.036_838 }, ..*low };
         let depths = FluxTable::optical_depths();
         for zenith in [0.0, 5.0, 30.0, 50.0, 70.0, 80.0, 87.0, 89.9] {
             let sun = cos_degrees(zenith);
@@ -339,7 +340,7 @@ fn the_papers_fit_is_closed_as_the_exact_fluxes_are() {
                 assert!((sum(0) + sum(1) + straight - 1.0).abs() < 1e-12, "sun {zenith}, depth {}", depths[k]);
                 if zenith <= 80.0 {
                     let exact = table.beam(depths[k], sun).reflectance;
-                    assert!((sum(0) - exact).abs() < 0.11, "sun {zenith}, depth {}: {} not {exact}", depths[k], sum(0));
+                    assert!((sum(0) - exact).abs() < 0.12, "sun {zenith}, depth {}: {} not {exact}", depths[k], sum(0));
                 }
             }
         }

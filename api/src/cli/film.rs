@@ -115,7 +115,7 @@ impl Picture {
 fn animation(pictures: &[Picture], fps: f64) -> Result<Vec<u8>, Fault> {
     let failed = |error: gif::EncodingError| Fault::Failure(error.to_string());
     let side = pictures.first().map_or(1, |picture| picture.side);
-    let side = u16::try_from(side).map_err(|_| Fault::Usage("a GIF is at most 65535 pixels wide".to_owned()))?;
+    let side = u16::try_from(side).map_err(|error| Fault::Usage(format!("{side} pixels a side; a GIF: {error}")))?;
     let mut bytes = Vec::new();
     let mut encoder = Encoder::new(&mut bytes, side, side, &[]).map_err(failed)?;
     encoder.set_repeat(Repeat::Infinite).map_err(failed)?;
