@@ -1,38 +1,56 @@
-// Light at the cloud base before any of it has met the ground, mean over each texel of the exchange grid: the sun's
-// beam, diffuse light, and how much of diffuse light from below the cloud does not send back.
+// The sun's light at cloud base and top, mean over each texel of the maps of sunlight, as parts of the horizontal
+// irradiance above all layers. Twice: along the slanted ray that ends at the base, and by columns that are lit by what
+// enters around them (the blurred map of entry).
 @group(0) @binding(0) var<uniform> frame: Frame;
-@group(0) @binding(1) var<uniform> exchange: Exchange;
-@group(0) @binding(2) var thickness: texture_2d<f32>;
-@group(0) @binding(3) var transmittance: texture_2d<f32>;
-@group(0) @binding(4) var diffuse: texture_2d<f32>;
-@group(0) @binding(5) var repeat: sampler;
-@group(0) @binding(6) var clamped: sampler;
-@group(0) @binding(7) var beam_out: texture_storage_2d<rgba32float, write>;
-@group(0) @binding(8) var diffuse_out: texture_storage_2d<rgba32float, write>;
-@group(0) @binding(9) var not_reflected_out: texture_storage_2d<rgba32float, write>;
+@group(0) @binding(1) var thickness: texture_2d<f32>;
+@group(0) @binding(2) var transmittance: texture_2d<f32>;
+@group(0) @binding(3) var reflectance: texture_2d<f32>;
+@group(0) @binding(4) var entry: texture_2d<f32>;
+@group(0) @binding(5) var above: texture_2d<f32>;
+@group(0) @binding(6) var repeat: sampler;
+@group(0) @binding(7) var clamped: sampler;
+@group(0) @binding(8) var beam_out: texture_storage_2d<rgba32float, write>;
+@group(0) @binding(9) var tilted_out: texture_storage_2d<rgba32float, write>;
+@group(0) @binding(10) var entered_out: texture_storage_2d<rgba32float, write>;
+@group(0) @binding(11) var reflected_out: texture_storage_2d<rgba32float, write>;
 
 @compute @workgroup_size(16, 16)
 fn main(@builtin(global_invocation_id) id: vec3<u32>) {
-    if id.x >= exchange.texels || id.y >= exchange.texels {
+    if id.x >= frame.texels || id.y >= frame.texels {
         return;
     }
+    let centre = (vec2<f32>(id.xy) + 0.5) / f32(frame.texels);
+    // What the layers above leave of the beam.
+    let lit = sample_periodic(above, repeat, centre + frame.above_uv, 0u).rgb;
+    let entering = sample_periodic(entry, repeat, centre, 0u).x;
     var beam = vec3<f32>(0.0);
-    var scattered = vec3<f32>(0.0);
-    var not_reflected = vec3<f32>(0.0);
-    let samples = f32(exchange.samples);
-    for (var i = 0u; i < exchange.samples * exchange.samples; i++) {
-        let inside = vec2<f32>(f32(i % exchange.samples), f32(i / exchange.samples)) + 0.5;
-        let uv = (vec2<f32>(id.xy) + inside / samples) / f32(exchange.texels);
-        let path_m = path_in_layer(thickness, repeat, frame, uv, frame.sun.xyz);
-        let through = sun_through(path_m);
-        beam += through.beam;
-        let column = frame.extinction.w * sample_periodic(thickness, repeat, uv + frame.offset_uv, 0u).x;
-        let sky = PI * frame.sky_light.rgb * slab_transmittance_diffuse(diffuse, clamped, column);
-        scattered += through.total - through.beam + sky;
-        not_reflected += slab_not_reflected_diffuse(diffuse, clamped, column);
+    var tilted = vec3<f32>(0.0);
+    var entered = vec3<f32>(0.0);
+    var reflected = vec3<f32>(0.0);
+    var sent_up = vec3<f32>(0.0);
+    let samples = f32(frame.samples);
+    for (var i = 0u; i < frame.samples * frame.samples; i++) {
+        let inside = vec2<f32>(f32(i % frame.samples), f32(i / frame.samples)) + 0.5;
+        let uv = (vec2<f32>(id.xy) + inside / samples) / f32(frame.texels);
+        let column_m = sample_periodic(thickness, repeat, uv + frame.offset_uv, 0u).x / frame.sun.w;
+        var path_m = column_m;
+        if frame.columns == 0u {
+            path_m = path_in_layer(thickness, repeat, frame, uv, frame.sun.xyz).length_m;
+        }
+        let along = sun_through(path_m);
+        beam += along.beam;
+        tilted += along.total - along.beam;
+        sent_up += slab_reflectance(reflectance, clamped, frame.extinction.w * path_m * frame.sun.w, frame.sun.w);
+        let down = sun_through(column_m);
+        entered += entering * (down.total - down.beam);
+        reflected += entering
+            * slab_reflectance(reflectance, clamped, frame.extinction.w * column_m * frame.sun.w, frame.sun.w);
     }
-    let share = 1.0 / (samples * samples);
-    textureStore(beam_out, id.xy, vec4<f32>(beam * share, 0.0));
-    textureStore(diffuse_out, id.xy, vec4<f32>(scattered * share, 0.0));
-    textureStore(not_reflected_out, id.xy, vec4<f32>(not_reflected * share, 0.0));
+    let share = lit / (samples * samples);
+    // What the slanted ray sends up is needed for its mean alone: it travels in the fourth channels.
+    sent_up *= share;
+    textureStore(beam_out, id.xy, vec4<f32>(beam * share, sent_up.r));
+    textureStore(tilted_out, id.xy, vec4<f32>(tilted * share, sent_up.g));
+    textureStore(entered_out, id.xy, vec4<f32>(entered * share, sent_up.b));
+    textureStore(reflected_out, id.xy, vec4<f32>(reflected * share, 0.0));
 }

@@ -1,4 +1,4 @@
-// Output: geometric thickness, metres.
+// Output: geometric thickness, metres, of all layers together.
 @group(0) @binding(0) var<uniform> frame: Frame;
 @group(0) @binding(1) var<uniform> view: View;
 @group(0) @binding(2) var thickness: texture_2d<f32>;
@@ -11,5 +11,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         return;
     }
     let uv = (vec2<f32>(f32(id.x), f32(id.y + view.first_row)) + 0.5) / f32(view.size);
-    output[id.y * view.size + id.x] = sample_periodic(thickness, repeat, uv + frame.offset_uv, 0u).x;
+    let at = id.y * view.size + id.x;
+    let before = select(output[at], 0.0, view.first == 1u);
+    output[at] = before + sample_periodic(thickness, repeat, uv + frame.offset_uv, 0u).x;
 }

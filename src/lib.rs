@@ -11,7 +11,8 @@
 //! | [`tables`] | droplet mix | the two above, kept in memory and on disk |
 //! | [`field`] | scene | the thickness map |
 //! | [`slice`] | sun | tables as textures; the closure of the orders |
-//! | `light` | moment | sun, sky and ground light at cloud base and ground |
+//! | [`light`] | moment | sun, sky and ground light at each layer and on the ground |
+//! | [`exchange`] | moment | what clouds and ground send each other |
 //! | [`shade`] | request | the texture asked for |
 //! | [`encode`] | request | the bytes of a file |
 //!
@@ -28,10 +29,11 @@
 
 pub mod chart;
 pub mod encode;
+pub mod exchange;
 pub mod field;
 pub mod gpu;
 pub mod image;
-mod light;
+pub mod light;
 pub mod optics;
 pub mod plan;
 pub mod reference;

@@ -1,229 +1,93 @@
-//! Stage `light`: what sun and sky give to cloud base and ground, and what these give each other.
+//! Stage `light`: what sun and sky give to each layer of cloud and to the ground, and what these give each other.
 //!
-//! On a square, periodic grid of the domain. The sun's beam is marched through the thickness map; diffuse light between
-//! the two planes is gathered by rings on mip levels. The exchange is iterated, each pass scaled so that the energy of
-//! the mean balances, until what is left to change is below the tolerance.
+//! On the device (`sunlight`), on a square, periodic grid: the sun's light that reaches base and top of each layer, from the
+//! highest to the lowest, along slanted rays and by where it enters (methods: [`Transport`]). What follows is smooth, so
+//! that a coarser grid does, and is solved on the host (`between`): the layers are added to one composite column, which
+//! exchanges light with the ground ([`crate::exchange`]). The grids are small: reading them back costs less than a
+//! device's waiting for each pass.
 
+mod between;
 mod plan;
+mod sunlight;
 
-use crate::gpu::layout::{Budget, Exchange, Frame};
-use crate::gpu::{Bind, Gpu, GpuError, Target, shaders};
+use crate::gpu::layout::{Frame, Share};
+use crate::gpu::{Gpu, GpuError, HostMap, Target};
+use crate::request::Transport;
 use crate::slice::DeviceTables;
 use std::time::Instant;
 
-pub(crate) use plan::{GridPlan, grid_plan};
+pub use between::{ColumnMaps, Energy};
+pub(crate) use plan::{Grids, LayerShape, SceneShape, grids, shift_uv};
+pub(crate) use sunlight::SunMaps;
+pub use sunlight::blur;
 
-/// Light between cloud base and ground at one moment.
+/// Light of a layer at one moment, as shading needs it.
+pub(crate) struct LayerLight {
+    /// Horizontal irradiance that arrives from below and from above but for the sun.
+    pub(crate) from_below: Target,
+    pub(crate) from_above: Target,
+    /// The sun's light relative to a slab's under the open sun: seen from below and from above.
+    pub(crate) share: [Target; 2],
+}
+
+/// Light at one moment.
 pub(crate) struct Light {
-    /// Diffuse light leaving the cloud base downwards: horizontal irradiance, all mip levels.
-    pub(crate) down: Target,
-    /// Light from the ground arriving at the cloud base: horizontal irradiance.
-    pub(crate) upwelling: Target,
+    /// Lowest first.
+    pub(crate) layers: Vec<LayerLight>,
+    /// Diffuse irradiance of the ground.
+    pub(crate) gathered: Target,
+    pub(crate) energy: Energy,
 }
 
-/// What the exchange works on. Levels above 0 of `up` and `down` are means of the level below.
-pub(crate) struct Grid {
-    pub(crate) uniform: wgpu::Buffer,
-    pub(crate) albedo: Target,
-    pub(crate) beam: Target,
-    pub(crate) diffuse: Target,
-    pub(crate) not_reflected: Target,
-    pub(crate) source: Target,
-    pub(crate) up: Target,
-    pub(crate) arriving: Target,
-    pub(crate) budget: wgpu::Buffer,
-    pub(crate) down: Target,
-    pub(crate) upwelling: Target,
-    /// Where the exchange starts: even light. Its balance is that of the mean, so that under an even cloud, and under any
-    /// cloud in even light that nothing absorbs, the first pass is already exact.
-    pub(crate) even: Target,
-    /// Irradiance of the ground after this pass and the one before, by turns.
-    pub(crate) irradiance: [Target; 2],
-    texels: u32,
-}
-
-/// More passes are never made: snow under thick cloud in a wide domain takes about 40.
-const MAX_PASSES: u32 = 200;
-/// Error that single precision leaves in any case: a finer tolerance would never be reached.
-const LEAST_CHANGE: f64 = 2e-6;
-
-impl Grid {
-    pub(crate) fn new(gpu: &Gpu, exchange: &Exchange, albedo: Target) -> Self {
-        let size = [exchange.texels; 2];
-        let levels = exchange.texels.ilog2() + 1;
-        let map = |label| gpu.texture(label, size, 4, 1);
-        Self {
-            uniform: gpu.uniform("exchange", exchange),
-            albedo,
-            beam: map("beam"),
-            diffuse: map("diffuse"),
-            not_reflected: map("not_reflected"),
-            source: map("source"),
-            up: gpu.texture("up", size, 4, levels),
-            arriving: map("arriving"),
-            budget: gpu.storage("budget", size_of::<Budget>() / 4),
-            down: gpu.texture("down", size, 4, levels),
-            upwelling: map("upwelling"),
-            even: gpu.texture_from("even", size, 4, &vec![1.0; 4 * (exchange.texels * exchange.texels) as usize]),
-            irradiance: [map("irradiance"), map("irradiance")],
-            texels: exchange.texels,
-        }
-    }
-
-    /// What shading needs of the grid.
-    pub(crate) fn finish(self) -> Light {
-        Light { down: self.down, upwelling: self.upwelling }
-    }
-
-    fn mips(&self, gpu: &Gpu, pass: &mut wgpu::ComputePass<'_>, target: &Target) {
-        for level in 1..target.levels.len() {
-            let binds = [Bind::View(&target.levels[level - 1]), Bind::View(&target.levels[level])];
-            gpu.dispatch(pass, &shaders::DOWNSAMPLE, &binds, target.level_size(level));
-        }
-    }
-
-    /// Light before any of it has met the ground, and the irradiance that it gives.
-    pub(crate) fn start(
-        &self,
-        gpu: &Gpu,
-        frame: &wgpu::Buffer,
-        thickness: &Target,
-        tables: &DeviceTables,
-        deadline: Option<Instant>,
-    ) -> Result<(), GpuError> {
-        gpu.run("base_light", deadline, |pass| {
-            let binds = [
-                Bind::Buffer(frame),
-                Bind::Buffer(&self.uniform),
-                Bind::View(&thickness.view),
-                Bind::View(&tables.transmittance.view),
-                Bind::View(&tables.diffuse.view),
-                Bind::Sampler(&gpu.repeat),
-                Bind::Sampler(&gpu.clamp),
-                Bind::View(&self.beam.levels[0]),
-                Bind::View(&self.diffuse.levels[0]),
-                Bind::View(&self.not_reflected.levels[0]),
-            ];
-            gpu.dispatch(pass, &shaders::BASE_LIGHT, &binds, [self.texels; 2]);
-            // A budget of zeros: nothing has come back from the ground yet.
-            self.send_down(gpu, pass, &self.source);
-        })
-    }
-
-    /// What leaves the base, and the irradiance of the ground that it gives together with the beam.
-    fn send_down(&self, gpu: &Gpu, pass: &mut wgpu::ComputePass<'_>, irradiance: &Target) {
-        let size = [self.texels; 2];
-        let binds = [
-            Bind::Buffer(&self.budget),
-            Bind::View(&self.diffuse.view),
-            Bind::View(&self.not_reflected.view),
-            Bind::View(&self.arriving.view),
-            Bind::View(&self.down.levels[0]),
-            Bind::View(&self.upwelling.levels[0]),
-        ];
-        gpu.dispatch(pass, &shaders::EXCHANGE_DOWN, &binds, size);
-        self.mips(gpu, pass, &self.down);
-        let binds = [
-            Bind::Buffer(&self.uniform),
-            Bind::View(&self.beam.view),
-            Bind::View(&self.down.view),
-            Bind::Sampler(&gpu.repeat),
-            Bind::View(&irradiance.levels[0]),
-        ];
-        gpu.dispatch(pass, &shaders::EXCHANGE_RETURN, &binds, size);
-    }
-
-    /// One pass ground - cloud - ground, from the irradiance `now`; `before` is the one it came from.
-    pub(crate) fn pass(
-        &self,
-        gpu: &Gpu,
-        now: &Target,
-        before: &Target,
-        next: &Target,
-        deadline: Option<Instant>,
-    ) -> Result<Budget, GpuError> {
-        let size = [self.texels; 2];
-        gpu.run("exchange", deadline, |pass| {
-            let binds = [Bind::View(&self.albedo.view), Bind::View(&now.view), Bind::View(&self.up.levels[0])];
-            gpu.dispatch(pass, &shaders::EXCHANGE_EMIT, &binds, size);
-            self.mips(gpu, pass, &self.up);
-            let binds = [
-                Bind::Buffer(&self.uniform),
-                Bind::View(&self.up.view),
-                Bind::Sampler(&gpu.repeat),
-                Bind::View(&self.arriving.levels[0]),
-            ];
-            gpu.dispatch(pass, &shaders::EXCHANGE_REFLECT, &binds, size);
-            let binds = [
-                Bind::View(&self.source.view),
-                Bind::View(&now.view),
-                Bind::View(&before.view),
-                Bind::View(&self.albedo.view),
-                Bind::View(&self.arriving.view),
-                Bind::View(&self.not_reflected.view),
-                Bind::Buffer(&self.budget),
-            ];
-            gpu.dispatch(pass, &shaders::EXCHANGE_BUDGET, &binds, [1, 1]);
-            self.send_down(gpu, pass, next);
-        })?;
-        let numbers = gpu.read(&self.budget, size_of::<Budget>() / 4, deadline)?;
-        Ok(*bytemuck::from_bytes(bytemuck::cast_slice(&numbers)))
-    }
-
-    /// Passes until what is left to change is below `settled`, relative. Returns how many were made.
-    pub(crate) fn exchange(&self, gpu: &Gpu, settled: f64, deadline: Option<Instant>) -> Result<u32, GpuError> {
-        let wanted = settled.max(LEAST_CHANGE);
-        let mut last_change: Option<f64> = None;
-        for done in 0..MAX_PASSES {
-            let (now, before, next) = match done {
-                0 => (&self.even, &self.even, &self.irradiance[0]),
-                1 => (&self.irradiance[0], &self.even, &self.irradiance[1]),
-                _ => {
-                    let (now, next) = ((done as usize + 1) % 2, done as usize % 2);
-                    // Two textures by turns: the next irradiance overwrites the one before, which was read by then.
-                    (&self.irradiance[now], &self.irradiance[next], &self.irradiance[next])
-                }
-            };
-            let budget = self.pass(gpu, now, before, next, deadline)?;
-            if done == 0 {
-                continue;
-            }
-            let change: f64 = budget.change[..3].iter().copied().fold(0.0, f32::max).into();
-            // Changes shrink by a steady factor, so what is left is a geometric sum.
-            let ratio: f64 = last_change.map_or(0.9, |last| (change / last).clamp(0.0, 0.99));
-            let left = change * ratio / (1.0 - ratio);
-            if change <= LEAST_CHANGE || left <= wanted {
-                return Ok(done + 1);
-            }
-            last_change = Some(change);
-        }
-        tracing::warn!(passes = MAX_PASSES, "light between cloud and ground did not settle within the tolerance");
-        Ok(MAX_PASSES)
-    }
-}
-
-/// Computes the light of a moment. `albedo`: of the ground, on the exchange grid; `dark_ground`: it is 0 everywhere, so
-/// there is nothing to exchange.
-pub(crate) struct LightInputs<'a> {
+/// A layer as the stage takes it.
+pub(crate) struct LayerInputs<'a> {
     pub(crate) frame: &'a Frame,
-    pub(crate) frame_uniform: &'a wgpu::Buffer,
+    pub(crate) uniform: &'a wgpu::Buffer,
     pub(crate) thickness: &'a Target,
     pub(crate) tables: &'a DeviceTables,
-    pub(crate) plan: &'a GridPlan,
-    pub(crate) albedo: Target,
-    pub(crate) dark_ground: bool,
+    /// Spread of light between where it enters and where it leaves: standard deviation, texels of the maps of sunlight.
+    pub(crate) blur_texels: f64,
+}
+
+/// What the stage takes.
+pub(crate) struct LightInputs<'a> {
+    /// Lowest first, at least one.
+    pub(crate) layers: &'a [LayerInputs<'a>],
+    /// Radiance of the sky.
+    pub(crate) sky: [f64; 3],
+    pub(crate) grids: &'a Grids,
+    pub(crate) transport: Transport,
+    /// Of the ground, on the exchange grid.
+    pub(crate) albedo: &'a HostMap,
     /// Relative change at which the exchange is taken as settled.
     pub(crate) settled: f64,
 }
 
+/// What lies between the stage's passes and its result, for tests.
+pub(crate) struct Lit {
+    /// Lowest first.
+    pub(crate) maps: Vec<SunMaps>,
+    pub(crate) columns: Vec<ColumnMaps>,
+    pub(crate) shares: Vec<Share>,
+    pub(crate) light: Light,
+}
+
 /// Runs the stage.
-pub(crate) fn light(gpu: &Gpu, inputs: LightInputs<'_>, deadline: Option<Instant>) -> Result<Light, GpuError> {
-    let exchange = inputs.plan.exchange(inputs.frame);
-    let grid = Grid::new(gpu, &exchange, inputs.albedo);
-    grid.start(gpu, inputs.frame_uniform, inputs.thickness, inputs.tables, deadline)?;
-    if !inputs.dark_ground {
-        let passes = grid.exchange(gpu, inputs.settled, deadline)?;
-        tracing::debug!(passes, texels = exchange.texels, "light between cloud and ground");
-    }
-    Ok(grid.finish())
+pub(crate) fn light(gpu: &Gpu, inputs: &LightInputs<'_>, deadline: Option<Instant>) -> Result<Lit, GpuError> {
+    let maps = sunlight::maps(gpu, inputs, deadline)?;
+    let columns = sunlight::read(gpu, &maps, inputs.grids, deadline)?;
+    let between = between::solve(&columns, inputs);
+    let upload = |label, colours: &[[f32; 3]]| {
+        let data: Vec<f32> = colours.iter().flat_map(|[r, g, b]| [*r, *g, *b, 0.0]).collect();
+        gpu.texture_from(label, [(colours.len() as f64).sqrt() as u32; 2], 4, &data)
+    };
+    let shares = sunlight::shares(gpu, inputs, &maps, &between.shares, deadline)?;
+    let layers = between.layers.iter().zip(shares).map(|(layer, share)| LayerLight {
+        from_below: upload("from_below", &layer.from_below),
+        from_above: upload("from_above", &layer.from_above),
+        share,
+    });
+    let light =
+        Light { layers: layers.collect(), gathered: upload("gathered", &between.gathered), energy: between.energy };
+    Ok(Lit { maps, columns, shares: between.shares, light })
 }

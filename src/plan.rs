@@ -5,9 +5,9 @@
 //! or its finest where none does; [`expected_error`] tells what they come to together.
 
 use crate::field;
-use crate::request::{Method, Request, TextureKind};
+use crate::request::{Method, Request, TextureKind, Transport};
 use crate::scene::quantity::Quantity as _;
-use crate::scene::{GroundAlbedo, Scene, Thickness};
+use crate::scene::{GroundAlbedo, Layer, Scene, Thickness};
 use crate::tables::Detail;
 
 /// Relative errors of radiance, root mean square, of the slab methods; docs/charts/slab.csv, with a margin. Within 10
@@ -24,6 +24,13 @@ const EXCHANGE_SHARE: f64 = 0.05;
 /// Tolerance from which the exchange grid may be half as fine.
 const COARSE_GRID: f64 = 0.1;
 
+/// Relative error of light through broken and folded cloud at suns of 60 and 80 degrees, root mean square, against Monte
+/// Carlo in three dimensions (docs/charts/light.csv).
+pub const ERROR_OF_TRANSPORT: [(Transport, f64); 4] =
+    [(Transport::Columns, 0.75), (Transport::Tilted, 0.4), (Transport::Entry, 0.35), (Transport::Blended, 0.28)];
+/// Tolerance from which light by entry, which takes another march, is left out.
+const ONE_MARCH: f64 = 0.4;
+
 /// What a request will use.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Plan {
@@ -33,6 +40,10 @@ pub struct Plan {
     pub detail: Option<Detail>,
     /// Lines between texels of the thickness map from one cut of a marched ray to the next; with 1 the march is exact.
     pub step_texels: f32,
+    /// How sunlight is carried through uneven cloud.
+    pub transport: Transport,
+    /// Samples a side of the thickness map in one texel of the maps of sunlight, at most.
+    pub most_samples: u32,
     /// Grid texels per height of the cloud base.
     pub texels_per_height: f64,
     /// Relative change at which the exchange between cloud and ground is taken as settled.
@@ -70,14 +81,21 @@ impl Plan {
             method,
             detail: uses_tables.then_some(detail),
             step_texels: LONG_STEPS.iter().find(|(least, _)| tolerance >= *least).map_or(1.0, |(_, step)| *step),
+            transport: request.transport.unwrap_or(if tolerance >= ONE_MARCH {
+                Transport::Tilted
+            } else {
+                Transport::Blended
+            }),
+            most_samples: if tolerance >= COARSE_GRID { 1 } else { 2 },
             texels_per_height: if tolerance >= COARSE_GRID { 2.0 } else { 4.0 },
             exchange_change: EXCHANGE_SHARE * tolerance,
         }
     }
 
     /// What of the plan touches the light between cloud and ground.
-    pub(crate) fn light_key(&self) -> [f64; 3] {
-        [self.step_texels.into(), self.texels_per_height, self.exchange_change]
+    pub(crate) fn light_key(&self) -> String {
+        let Self { step_texels, transport, most_samples, texels_per_height, exchange_change, .. } = self;
+        format!("{step_texels} {transport:?} {most_samples} {texels_per_height} {exchange_change}")
     }
 
     /// The plan in words, stage by stage, for a scene.
@@ -85,26 +103,26 @@ impl Plan {
         let mut choices = Vec::new();
         let mut add =
             |stage, choice: String, reason: String, error| choices.push(Choice { stage, choice, reason, error });
-        let Some(layer) = scene.layers.first() else {
+        if scene.layers.is_empty() {
             add("shade", "constant".to_owned(), "without clouds every texel is the same".to_owned(), 0.0);
             return choices;
-        };
-        let uniform = matches!(layer.thickness, Thickness::Uniform(_));
-        let (choice, reason) = match (uniform, field::moves(&layer.thickness, &layer.wind)) {
-            (true, _) => ("one texel".to_owned(), "the thickness is the same everywhere"),
-            (_, true) => (
-                format!("map displaced by eddies, {}", field::octaves_in_words(&layer.thickness, scene.resolution())),
-                "turbulence; at most a life of 64 steps, from a checkpoint fewer",
-            ),
-            (_, false) => (
-                format!(
-                    "map moved by the mean wind, {}",
-                    field::octaves_in_words(&layer.thickness, scene.resolution())
+        }
+        let is_uniform = |layer: &Layer| matches!(layer.thickness, Thickness::Uniform(_));
+        let uniform = scene.layers.iter().all(is_uniform);
+        for layer in &scene.layers {
+            let words = || field::octaves_in_words(&layer.thickness, scene.resolution());
+            let (choice, reason) = match (is_uniform(layer), field::moves(&layer.thickness, &layer.wind)) {
+                (true, _) => ("one texel".to_owned(), "the thickness is the same everywhere"),
+                (_, true) => (
+                    format!("map displaced by eddies, {}", words()),
+                    "turbulence; at most a life of 64 steps, from a checkpoint fewer",
                 ),
-                "no turbulence: made once, for all times",
-            ),
-        };
-        add("field", choice, reason.to_owned(), 0.0);
+                (_, false) => {
+                    (format!("map moved by the mean wind, {}", words()), "no turbulence: made once, for all times")
+                }
+            };
+            add("field", choice, reason.to_owned(), 0.0);
+        }
         let march = match self.step_texels as u32 {
             _ if uniform => "closed form".to_owned(),
             1 => "cut at every texel: exact up to 1024 cuts".to_owned(),
@@ -126,19 +144,31 @@ impl Plan {
             let dark =
                 matches!(&scene.ground.albedo, GroundAlbedo::Uniform(albedo) if albedo.iter().all(|a| a.get() == 0.0));
             let even = uniform && matches!(scene.ground.albedo, GroundAlbedo::Uniform(_));
+            let (choice, error) = match uniform {
+                true => ("one column".to_owned(), 0.0),
+                false => {
+                    let known = ERROR_OF_TRANSPORT.iter().find(|(transport, _)| *transport == self.transport);
+                    (self.transport.name().to_owned(), known.map_or(0.0, |(_, error)| *error))
+                }
+            };
+            let reason = match request.transport {
+                Some(_) => "asked for",
+                None => "sunlight through uneven cloud; no method for every frame errs less",
+            };
+            add("sunlight", choice, reason.to_owned(), error);
             let (choice, reason, error) = match (dark, even) {
                 (true, _) => ("no exchange".to_owned(), "the ground reflects nothing", 0.0),
                 (_, true) => ("one texel".to_owned(), "cloud and ground are the same everywhere", 0.0),
                 _ => (
                     format!(
-                        "rings on mip levels, {} texels per base height, to {:.1e}",
-                        self.texels_per_height, self.exchange_change
+                        "exact kernel, conjugate gradients to {:.1e}, {} texels per base height",
+                        self.exchange_change, self.texels_per_height
                     ),
                     "light between cloud and ground",
-                    0.02,
+                    self.exchange_change + if self.texels_per_height >= 4.0 { 0.002 } else { 0.01 },
                 ),
             };
-            add("light", choice, reason.to_owned(), error);
+            add("exchange", choice, reason.to_owned(), error);
         }
         if request.texture == TextureKind::Cloud {
             let (choice, error) = match (self.method, self.detail) {

@@ -8,16 +8,13 @@
 //!
 //! [`monte_carlo`] is no twin but the slow, exact solver that every method is measured against.
 
+pub mod base_column;
 pub mod base_light;
+pub mod blur;
 pub mod cloud;
 pub mod cloud_analytic;
 pub mod cloud_tabulated;
 pub mod downsample;
-pub mod exchange_budget;
-pub mod exchange_down;
-pub mod exchange_emit;
-pub mod exchange_reflect;
-pub mod exchange_return;
 pub mod field_blend;
 pub mod field_cells;
 pub mod field_displace;
@@ -28,7 +25,7 @@ pub mod field_remap;
 pub mod field_thickness;
 pub mod field_velocity;
 pub mod frame;
-pub mod gather;
+pub mod ground_sun;
 pub mod irradiance;
 pub mod map;
 pub mod monte_carlo;
@@ -37,6 +34,8 @@ pub mod path;
 pub mod shadow;
 pub mod slab;
 pub mod sun;
+pub mod sun_entry;
+pub mod sun_share;
 pub mod thickness;
 
 pub use map::Map;

@@ -9,11 +9,12 @@ pub use inspect::Stages;
 
 use crate::encode::{self, EncodeError};
 use crate::field::{self, Field, Source};
-use crate::gpu::layout::View;
+use crate::gpu::layout::{Frame, View};
 use crate::gpu::{AdapterSummary, Gpu, GpuError, Target};
 use crate::image::Image;
-use crate::light::{self, Light};
+use crate::light::{self, Light, Lit};
 use crate::request::{self, Format, Method, Request, Side, TextureKind, Viewer};
+use crate::scene::quantity::Quantity as _;
 use crate::scene::{FieldError, Scene};
 use crate::shade;
 use crate::slice::{self, DeviceSlice, DeviceTables, HostSlice, HostTables};
@@ -162,7 +163,7 @@ impl std::fmt::Debug for Renderer {
 }
 
 /// Scenes, suns and moments whose results stay on the device.
-const KEPT: usize = 8;
+const KEPT: usize = 16;
 
 impl Renderer {
     /// Opens the best adapter, compiles every shader, tests the driver and renders one small sky, so that the first
@@ -221,9 +222,10 @@ impl Renderer {
         job.request.check(&job.scene).map_err(RenderError::Invalid)?;
         let mut clock = Clock::default();
         let size = job.request.size.unwrap_or(job.scene.domain.resolution);
-        let Shaded { data, standard_error, white, plane_m } = match (job.scene.layers.first(), job.tables.first()) {
-            (Some(_), Some(_)) => self.with_clouds(job, watch, size, &mut clock)?,
-            _ => Shaded {
+        let Shaded { data, standard_error, white, plane_m } = match job.scene.layers.len() {
+            1.. if job.tables.len() == job.scene.layers.len() => self.with_clouds(job, watch, size, &mut clock)?,
+            1.. => return Err(RenderError::Gpu("a layer came without its tables".to_owned())),
+            0 => Shaded {
                 data: frame::clear_sky(&job.scene, &job.request, size),
                 standard_error: None,
                 white: 1.0,
@@ -248,53 +250,56 @@ impl Renderer {
     fn with_clouds(&mut self, job: &Job, watch: &Watch, size: u32, clock: &mut Clock) -> Result<Shaded, RenderError> {
         watch.look()?;
         let needs = job.request.texture;
-        let lit = matches!(needs, TextureKind::Cloud | TextureKind::Irradiance);
-        let field = clock.time("field", || self.field(job, watch))?;
-        let moment = frame::Moment::new(job, &field);
+        let fields = clock.time("field", || self.fields(job, watch))?;
+        let moment = frame::Moment::new(job, &fields);
         let by_monte_carlo = needs == TextureKind::Cloud && moment.plan.method == Method::Reference;
         // Monte Carlo adds the sun's light to texels that were shaded without it.
-        let mut shaded = moment.frame;
-        if by_monte_carlo {
-            shaded.sun_light = [0.0; 4];
-        }
-        let frame_uniform = self.gpu.uniform("frame", &moment.frame);
-        let shaded_uniform = self.gpu.uniform("frame", &shaded);
+        let sun_light = |layer: &frame::LayerMoment| if by_monte_carlo { [0.0; 4] } else { layer.frame.sun_light };
+        let frames: Vec<[wgpu::Buffer; 2]> = moment
+            .layers
+            .iter()
+            .map(|layer| {
+                let shaded = Frame { sun_light: sun_light(layer), ..layer.frame };
+                [&layer.frame, &shaded].map(|frame| self.gpu.uniform("frame", frame))
+            })
+            .collect();
         watch.look()?;
-        let tables = match lit {
-            true => Some(clock.time("tables", || Ok::<_, RenderError>(self.device_tables(&moment, job)))?),
-            false => None,
+        let tables = match needs {
+            TextureKind::Thickness => Vec::new(),
+            _ => clock.time("tables", || Ok::<_, RenderError>(self.device_tables(&moment, job)))?,
         };
-        let light = match &tables {
-            Some((_, tables)) => {
-                Some(clock.time("light", || self.light(job, watch, &field, &moment, &frame_uniform, tables))?)
+        let light = match needs {
+            TextureKind::Thickness | TextureKind::Shadow => None,
+            TextureKind::Cloud | TextureKind::Irradiance => {
+                Some(clock.time("light", || self.light(job, watch, &fields, &moment, &frames, &tables))?)
             }
-            None => None,
         };
-        let sun = match &tables {
-            Some((host, _)) if needs == TextureKind::Cloud => {
-                Some(clock.time("slice", || Ok::<_, RenderError>(self.sun(job, host, &moment)))?)
-            }
-            _ => None,
+        let suns = match needs {
+            TextureKind::Cloud => clock.time("slice", || Ok::<_, RenderError>(self.suns(job, &tables, &moment)))?,
+            _ => Vec::new(),
         };
-        let exchange = self.gpu.uniform("exchange", &moment.grid.exchange(&moment.frame));
+        let layer_inputs = |number: usize| shade::LayerInputs {
+            frame: &frames[number][1],
+            field: &fields[number],
+            tables: tables.get(number).map(|(_, device)| &**device),
+            method: suns.get(number).map(Sun::method),
+            light: light.as_deref().and_then(|light| light.layers.get(number)),
+        };
         let inputs = shade::Inputs {
-            frame: &shaded_uniform,
-            exchange: &exchange,
-            field: &field,
-            tables: tables.as_ref().map(|(_, device)| &**device),
-            method: sun.as_ref().map(Sun::method),
-            light: light.as_deref(),
+            layers: drawn(job).into_iter().map(layer_inputs).collect(),
+            gathered: light.as_deref().map(|light| &light.gathered),
         };
         let view = view(job, size, &moment)?;
         let mut data = clock.time("shade", || self.bands(needs, &inputs, &view, moment.cuts(&view, needs), watch))?;
         let mut standard_error = None;
         if by_monte_carlo {
-            let thickness = self.gpu.read_map(&field.thickness, 0, watch.deadline)?;
-            let trace = || exact::add_sunlight(job, &moment.frame, &view, &thickness, &mut data, watch);
+            let thickness = self.gpu.read_map(&fields[0].thickness, 0, watch.deadline)?;
+            let trace = || exact::add_sunlight(job, &moment.layers[0].frame, &view, &thickness, &mut data, watch);
             standard_error = Some(clock.time("reference", trace)?);
         }
         let plane_m = if needs == TextureKind::Cloud { moment.plane_m(&job.request) } else { 0.0 };
-        Ok(Shaded { data, standard_error, white: field.depth_m.max(1.0), plane_m })
+        let white = drawn(job).into_iter().map(|number| fields[number].depth_m).sum::<f32>().max(1.0);
+        Ok(Shaded { data, standard_error, white, plane_m })
     }
 
     fn bands(
@@ -315,34 +320,40 @@ impl Renderer {
         Ok(data)
     }
 
-    fn field(&mut self, job: &Job, watch: &Watch) -> Result<Arc<Field>, RenderError> {
+    /// The fields of all layers, lowest first.
+    fn fields(&mut self, job: &Job, watch: &Watch) -> Result<Vec<Arc<Field>>, RenderError> {
         let time_s = job.request.time_s;
-        self.fields.get_or(&frame::field_key(job), || {
-            let source = source(&self.gpu, &mut self.sources, job, watch)?;
-            let mut source = source.lock().unwrap_or_else(PoisonError::into_inner);
-            let [offset_uv, _] = frame::offsets(job);
-            Ok(Arc::new(source.at(&self.gpu, time_s, offset_uv, watch.deadline)?))
-        })
+        let make = |number: usize| {
+            self.fields.get_or(&frame::field_key(job, number), || {
+                let source = source(&self.gpu, &mut self.sources, job, number, watch)?;
+                let mut source = source.lock().unwrap_or_else(PoisonError::into_inner);
+                let [offset_uv, _] = frame::offsets(job, number);
+                Ok(Arc::new(source.at(&self.gpu, time_s, offset_uv, watch.deadline)?))
+            })
+        };
+        (0..job.scene.layers.len()).map(make).collect()
     }
 
-    fn device_tables(&mut self, moment: &frame::Moment, job: &Job) -> (Arc<HostTables>, Arc<DeviceTables>) {
-        let key = moment.mix_key(job);
-        let made = self.tables.get_or::<std::convert::Infallible>(&key, || {
-            let host = HostTables::new(&job.tables[0], moment.extinction_per_m);
-            let device = DeviceTables::new(&self.gpu, &host);
-            Ok((Arc::new(host), Arc::new(device)))
-        });
-        match made {
-            Ok(tables) => tables,
-            Err(never) => match never {},
-        }
+    fn device_tables(&mut self, moment: &frame::Moment, job: &Job) -> Vec<(Arc<HostTables>, Arc<DeviceTables>)> {
+        let make = |(layer, tables): (&frame::LayerMoment, &Arc<MixTables>)| {
+            let made = self.tables.get_or::<std::convert::Infallible>(&layer.mix_key(tables), || {
+                let host = HostTables::new(tables, layer.extinction_per_m);
+                let device = DeviceTables::new(&self.gpu, &host);
+                Ok((Arc::new(host), Arc::new(device)))
+            });
+            match made {
+                Ok(tables) => tables,
+                Err(never) => match never {},
+            }
+        };
+        moment.layers.iter().zip(&job.tables).map(make).collect()
     }
 
-    fn closure(&mut self, job: &Job, host: &HostTables, moment: &frame::Moment) -> Arc<Target> {
-        let cosine: f64 = moment.frame.sun[3].into();
-        let key = format!("{} {cosine}", moment.mix_key(job));
+    fn closure(&mut self, tables: &MixTables, host: &HostTables, layer: &frame::LayerMoment) -> Arc<Target> {
+        let cosine: f64 = layer.frame.sun[3].into();
+        let key = format!("{} {cosine}", layer.mix_key(tables));
         let made = self.closures.get_or::<std::convert::Infallible>(&key, || {
-            let map = slice::closure(&job.tables[0], host.ratio, cosine);
+            let map = slice::closure(tables, host.ratio, cosine);
             Ok(Arc::new(slice::upload(&self.gpu, "closure", &map)))
         });
         match made {
@@ -352,12 +363,18 @@ impl Renderer {
     }
 
     /// Radiance tables cut at the sun; made here if the caller brought none of the size that the plan wants.
-    fn slice(&mut self, job: &Job, host: &HostTables, moment: &frame::Moment, detail: Detail) -> Arc<DeviceSlice> {
-        let cosine: f64 = moment.frame.sun[3].into();
-        let key = format!("{} {detail:?} {cosine}", moment.mix_key(job));
+    fn slice(
+        &mut self,
+        tables: &MixTables,
+        host: &HostTables,
+        layer: &frame::LayerMoment,
+        detail: Detail,
+    ) -> Arc<DeviceSlice> {
+        let cosine: f64 = layer.frame.sun[3].into();
+        let key = format!("{} {detail:?} {cosine}", layer.mix_key(tables));
         let made = self.slices.get_or::<std::convert::Infallible>(&key, || {
-            let tables = job.tables[0].radiance(detail, &|_| ());
-            Ok(Arc::new(DeviceSlice::new(&self.gpu, &HostSlice::new(&tables, host.ratio, cosine))))
+            let radiance = tables.radiance(detail, &|_| ());
+            Ok(Arc::new(DeviceSlice::new(&self.gpu, &HostSlice::new(&radiance, host.ratio, cosine))))
         });
         match made {
             Ok(slice) => slice,
@@ -365,39 +382,29 @@ impl Renderer {
         }
     }
 
-    /// What the plan's method needs for this sun.
-    fn sun(&mut self, job: &Job, host: &HostTables, moment: &frame::Moment) -> Sun {
-        match (moment.plan.method, moment.plan.detail) {
-            (Method::Tabulated, detail) => Sun::Slice(self.slice(job, host, moment, detail.unwrap_or(Detail::Fine))),
-            // Monte Carlo adds its light to texels that were shaded without a sun, by either method.
-            (Method::Analytic | Method::Reference, _) => Sun::Closure(self.closure(job, host, moment)),
-        }
+    /// What the plan's method needs for this sun, of each layer.
+    fn suns(&mut self, job: &Job, tables: &[(Arc<HostTables>, Arc<DeviceTables>)], moment: &frame::Moment) -> Vec<Sun> {
+        let layers = moment.layers.iter().zip(&job.tables).zip(tables);
+        layers
+            .map(|((layer, mix), (host, _))| match (moment.plan.method, moment.plan.detail) {
+                (Method::Tabulated, detail) => Sun::Slice(self.slice(mix, host, layer, detail.unwrap_or(Detail::Fine))),
+                // Monte Carlo adds its light to texels that were shaded without a sun, by either method.
+                (Method::Analytic | Method::Reference, _) => Sun::Closure(self.closure(mix, host, layer)),
+            })
+            .collect()
     }
 
     fn light(
         &mut self,
         job: &Job,
         watch: &Watch,
-        field: &Field,
+        fields: &[Arc<Field>],
         moment: &frame::Moment,
-        frame_uniform: &wgpu::Buffer,
-        tables: &DeviceTables,
+        frames: &[[wgpu::Buffer; 2]],
+        tables: &[(Arc<HostTables>, Arc<DeviceTables>)],
     ) -> Result<Arc<Light>, RenderError> {
-        let key = format!("{} {} {:?}", job.scene.id(), moment.time_key(job), moment.plan.light_key());
-        self.lights.get_or(&key, || {
-            let albedo = moment.albedo(job)?;
-            let inputs = light::LightInputs {
-                frame: &moment.frame,
-                frame_uniform,
-                thickness: &field.thickness,
-                tables,
-                plan: &moment.grid,
-                dark_ground: albedo.data.iter().all(|value| *value == 0.0),
-                albedo: slice::upload(&self.gpu, "albedo", &albedo),
-                settled: moment.plan.exchange_change,
-            };
-            Ok(Arc::new(light::light(&self.gpu, inputs, watch.deadline)?))
-        })
+        let key = format!("{} {} {}", job.scene.id(), moment.time_key(job), moment.plan.light_key());
+        self.lights.get_or(&key, || Ok(Arc::new(lit(&self.gpu, job, watch, fields, moment, frames, tables)?.light)))
     }
 
     /// White of a picture: twice a white, diffuse surface above the clouds under the scene's light, so that the glare of
@@ -422,21 +429,66 @@ struct Shaded {
     plane_m: f64,
 }
 
+/// Layers that a texture shows, in the order in which they are drawn: from the viewer on.
+fn drawn(job: &Job) -> Vec<usize> {
+    let mut layers: Vec<usize> = match job.request.layer {
+        // Light knows all layers, and so does what reaches the ground.
+        Some(layer) if matches!(job.request.texture, TextureKind::Cloud | TextureKind::Thickness) => {
+            vec![layer as usize]
+        }
+        _ => (0..job.scene.layers.len()).collect(),
+    };
+    if job.request.side == Side::Above {
+        layers.reverse();
+    }
+    layers
+}
+
+/// The light of a moment, and what lies on the way to it.
+fn lit(
+    gpu: &Gpu,
+    job: &Job,
+    watch: &Watch,
+    fields: &[Arc<Field>],
+    moment: &frame::Moment,
+    frames: &[[wgpu::Buffer; 2]],
+    tables: &[(Arc<HostTables>, Arc<DeviceTables>)],
+) -> Result<Lit, RenderError> {
+    let layer = |number: usize| light::LayerInputs {
+        frame: &moment.layers[number].frame,
+        uniform: &frames[number][0],
+        thickness: &fields[number].thickness,
+        tables: &tables[number].1,
+        blur_texels: moment.blur_texels(&moment.layers[number]),
+    };
+    let layers: Vec<_> = (0..moment.layers.len()).map(layer).collect();
+    let inputs = light::LightInputs {
+        layers: &layers,
+        sky: job.scene.light.sky.map(|value| value.get()),
+        grids: &moment.grids,
+        transport: moment.plan.transport,
+        albedo: &moment.albedo(job)?,
+        settled: moment.plan.exchange_change,
+    };
+    Ok(light::light(gpu, &inputs, watch.deadline)?)
+}
+
 /// What a layer's field is made from. Kept only where the field moves: a still one is made once.
 fn source(
     gpu: &Gpu,
     kept: &mut Kept<Arc<Mutex<Source>>>,
     job: &Job,
+    number: usize,
     watch: &Watch,
 ) -> Result<Arc<Mutex<Source>>, RenderError> {
-    let (domain, layer) = (&job.scene.domain, &job.scene.layers[0]);
+    let (domain, layer) = (&job.scene.domain, &job.scene.layers[number]);
     let make = || {
-        let image = frame::thickness_image(job)?;
+        let image = frame::thickness_image(job, number)?;
         let source = Source::new(gpu, layer, domain.resolution, job.scene.extent_m(), image, watch.deadline)?;
         Ok(Arc::new(Mutex::new(source)))
     };
     match field::moves(&layer.thickness, &layer.wind) {
-        true => kept.get_or(&frame::source_key(job), make),
+        true => kept.get_or(&frame::source_key(job, number), make),
         false => make(),
     }
 }
@@ -489,8 +541,8 @@ fn view(job: &Job, size: u32, moment: &frame::Moment) -> Result<View, RenderErro
             request::Component::Diffuse => 2,
         },
         peak: request.peak.into(),
-        top_m: moment.top_m as f32,
-        spare: 0,
+        plane_m: moment.plane_m(request) as f32,
+        first: 1,
     })
 }
 

@@ -139,6 +139,30 @@ pub enum Method {
     Reference,
 }
 
+/// How sunlight is carried through a cloud that is not the same everywhere.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Transport {
+    /// Each column by itself, as if its neighbours were like it: what most renderers do. For comparison.
+    Columns,
+    /// A column as deep as the slanted ray to the sun that ends at its base.
+    Tilted,
+    /// Columns lit by what enters around them: the sunlit parts of the cloud's top, blurred as light spreads.
+    Entry,
+    /// The mean of the two above: each errs where the other does not.
+    Blended,
+}
+
+impl Transport {
+    /// Every method and its name, cheap to exact.
+    pub const ALL: [(&'static str, Self); 4] =
+        [("columns", Self::Columns), ("tilted", Self::Tilted), ("entry", Self::Entry), ("blended", Self::Blended)];
+
+    /// Its name.
+    pub fn name(self) -> &'static str {
+        Self::ALL.iter().find(|(_, method)| *method == self).map_or("", |(name, _)| name)
+    }
+}
+
 /// A request for one texture. Fields that do not touch the texture keep their defaults, so that equal replies have
 /// equal [`Request::canonical`] texts.
 #[derive(Debug, Clone, PartialEq)]
@@ -165,6 +189,8 @@ pub struct Request {
     pub tolerance: f64,
     /// How slab light is computed; the plan's choice when `None`.
     pub method: Option<Method>,
+    /// How sunlight is carried through uneven cloud; the plan's choice when `None`.
+    pub transport: Option<Transport>,
     /// Method `reference`: seed of its random numbers.
     pub seed: u64,
     /// Multiplies linear output.
@@ -235,8 +261,14 @@ pub const QUERY_PARAMETERS: &[QueryParameter] = &[
     parameter("alpha", "premultiplied | straight", "premultiplied", "how colour goes with alpha"),
     parameter("tolerance", "above 0 to 1", "0.02", "acceptable relative error, root mean square"),
     parameter("method", "tabulated | analytic | reference", "by tolerance", "how slab light is computed"),
+    parameter(
+        "transport",
+        "columns | tilted | entry | blended",
+        "by tolerance",
+        "how sunlight is carried through uneven cloud",
+    ),
     parameter("seed", "0 to 4294967295", "1", "random numbers of method reference: other seeds give other noise"),
-    parameter("layer", "0", "all", "one layer alone, 0 = lowest; light still uses all"),
+    parameter("layer", "0 to 3", "all", "one layer alone, 0 = lowest; light still uses all"),
     parameter("scale", "1e-6 to 1e6", "1", "multiplies linear output"),
     parameter("exposure", "-20 to 20", "0", "exposure of a PNG, stops"),
     parameter("tonemap", "filmic | none", "filmic", "tone curve of a PNG"),
@@ -262,6 +294,7 @@ impl Request {
             straight_alpha: false,
             tolerance: 0.02,
             method: None,
+            transport: None,
             seed: 1,
             scale: 1.0,
             exposure_stops: 0.0,
@@ -347,8 +380,11 @@ impl Request {
             "alpha" => self.straight_alpha = word(value, &[("premultiplied", false), ("straight", true)])?,
             "tolerance" => self.tolerance = number(value, f64::MIN_POSITIVE, 1.0)?,
             "method" => self.method = Some(word(value, &Method::ALL)?),
+            "transport" => self.transport = Some(word(value, &Transport::ALL)?),
             "seed" => self.seed = value.parse::<u32>().ok()?.into(),
-            "layer" => self.layer = Some(word(value, &[("0", 0)])?),
+            "layer" => {
+                self.layer = Some(value.parse().ok().filter(|layer| (*layer as usize) < Scene::MAX_LAYERS)?);
+            }
             "scale" => self.scale = number(value, 1e-6, 1e6)?,
             "exposure" => self.exposure_stops = number(value, -20.0, 20.0)?,
             "tonemap" => self.tonemap = word(value, &[("filmic", Tonemap::Filmic), ("none", Tonemap::None)])?,
@@ -377,6 +413,7 @@ impl Request {
             side: if cloud { self.side } else { idle.side },
             viewer: if cloud { self.viewer } else { idle.viewer },
             method: if cloud { self.method } else { idle.method },
+            transport: if cloud || irradiance { self.transport } else { idle.transport },
             seed: if cloud && self.method == Some(Method::Reference) { self.seed } else { idle.seed },
             straight_alpha: cloud && self.straight_alpha,
             component: if irradiance { self.component } else { idle.component },
@@ -394,11 +431,16 @@ impl Request {
     /// # Errors
     /// The parameters that do not fit the scene.
     pub fn check(&self, scene: &Scene) -> Result<(), Vec<FieldError>> {
-        if self.layer.is_some() && scene.layers.is_empty() {
-            let detail = "the scene has no layer".to_owned();
-            return Err(vec![FieldError { pointer: "layer".to_owned(), detail }]);
-        }
-        Ok(())
+        let count = scene.layer_count();
+        let detail = match (self.layer, count) {
+            (Some(layer), 0) => format!("the scene has no layer {layer}: it has none at all"),
+            (Some(layer), 1) if layer > 0 => format!("the scene has no layer {layer}; allowed: 0"),
+            (Some(layer), _) if layer as usize >= count => {
+                format!("the scene has no layer {layer}; allowed: 0 to {}", count - 1)
+            }
+            _ => return Ok(()),
+        };
+        Err(vec![FieldError { pointer: "layer".to_owned(), detail }])
     }
 
     /// A text that is equal for equal requests: part of cache keys.

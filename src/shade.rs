@@ -4,7 +4,7 @@ use crate::field::Field;
 use crate::gpu::layout::View;
 use crate::gpu::shaders::{self, Shader};
 use crate::gpu::{Bind, Gpu, GpuError, Target};
-use crate::light::Light;
+use crate::light::LayerLight;
 use crate::request::TextureKind;
 use crate::slice::{DeviceSlice, DeviceTables};
 use std::time::Instant;
@@ -18,14 +18,21 @@ pub(crate) enum CloudMethod<'a> {
     Tabulated(&'a DeviceSlice),
 }
 
-/// What a texture is made from; not every texture needs all of it.
-pub(crate) struct Inputs<'a> {
+/// A layer that a texture is made from; not every texture needs all of it.
+pub(crate) struct LayerInputs<'a> {
     pub(crate) frame: &'a wgpu::Buffer,
-    pub(crate) exchange: &'a wgpu::Buffer,
     pub(crate) field: &'a Field,
     pub(crate) tables: Option<&'a DeviceTables>,
     pub(crate) method: Option<CloudMethod<'a>>,
-    pub(crate) light: Option<&'a Light>,
+    pub(crate) light: Option<&'a LayerLight>,
+}
+
+/// What a texture is made from.
+pub(crate) struct Inputs<'a> {
+    /// The layers that it shows, in the order in which they are drawn: from the viewer on.
+    pub(crate) layers: Vec<LayerInputs<'a>>,
+    /// Diffuse irradiance of the ground.
+    pub(crate) gathered: Option<&'a Target>,
 }
 
 /// Texels of one submission at most: large textures are made in bands, so that a request can be dropped between them,
@@ -48,55 +55,113 @@ pub(crate) fn band(
     view: &View,
     deadline: Option<Instant>,
 ) -> Result<Vec<f32>, GpuError> {
-    let count = view.size as usize * view.rows as usize * texture.channels().len();
+    let texels = view.size as usize * view.rows as usize;
+    let count = texels * texture.channels().len();
     let output = gpu.storage("output", count);
-    let view_uniform = gpu.uniform("view", view);
-    let (frame, view_bind) = (Bind::Buffer(inputs.frame), Bind::Buffer(&view_uniform));
-    let exchange = Bind::Buffer(inputs.exchange);
-    let thickness = Bind::View(&inputs.field.thickness.view);
-    let (repeat, clamp, out) = (Bind::Sampler(&gpu.repeat), Bind::Sampler(&gpu.clamp), Bind::Buffer(&output));
+    let views = [0, 1].map(|first| gpu.uniform("view", &View { first, ..*view }));
+    let size = [view.size, view.rows];
     let missing = || GpuError::Failed(format!("{} was shaded before its light", texture.name()));
-    let (shader, binds): (&Shader, Vec<Bind<'_>>) = match texture {
-        TextureKind::Thickness => (&shaders::THICKNESS, vec![frame, view_bind, thickness, repeat, out]),
-        TextureKind::Shadow => (&shaders::SHADOW, vec![frame, view_bind, exchange, thickness, repeat, out]),
-        TextureKind::Irradiance => {
-            let (tables, light) = inputs.tables.zip(inputs.light).ok_or_else(missing)?;
-            let transmittance = Bind::View(&tables.transmittance.view);
-            let down = Bind::View(&light.down.view);
-            let binds = vec![frame, view_bind, exchange, thickness, transmittance, down, repeat, clamp, out];
-            (&shaders::IRRADIANCE, binds)
-        }
-        TextureKind::Cloud => {
-            let (tables, light) = inputs.tables.zip(inputs.light).ok_or_else(missing)?;
-            let mut binds = vec![
-                frame,
-                view_bind,
-                thickness,
-                Bind::View(&tables.transmittance.view),
-                Bind::View(&tables.reflectance.view),
-                Bind::View(&tables.phase.view),
-                Bind::View(&light.upwelling.view),
-                repeat,
-                clamp,
-                out,
-            ];
-            match inputs.method.ok_or_else(missing)? {
-                CloudMethod::Analytic(closure) => {
-                    binds.extend([Bind::View(&closure.view), Bind::View(&tables.aureole.view)]);
-                    (&shaders::CLOUD_ANALYTIC, binds)
-                }
-                CloudMethod::Tabulated(slice) => {
-                    binds.extend([
-                        Bind::View(&slice.sides[1 - view.from_above as usize].view),
-                        Bind::View(&tables.near_sun.view),
-                        Bind::Sampler(&gpu.linear),
-                        Bind::Buffer(&slice.remainder),
-                    ]);
-                    (&shaders::CLOUD_TABULATED, binds)
-                }
+    let dispatches: Vec<(&Shader, Vec<Bind<'_>>)> = match texture {
+        TextureKind::Thickness => each(&inputs.layers, &views, |layer, view| {
+            let thickness = Bind::View(&layer.field.thickness.view);
+            let binds =
+                vec![Bind::Buffer(layer.frame), view, thickness, Bind::Sampler(&gpu.repeat), Bind::Buffer(&output)];
+            Ok((&shaders::THICKNESS, binds))
+        })?,
+        TextureKind::Shadow | TextureKind::Irradiance => {
+            let sun = [gpu.storage("beam", 4 * texels), gpu.storage("unscattered", 4 * texels)];
+            let marches = each(&inputs.layers, &views, |layer, view| {
+                Ok((&shaders::GROUND_SUN, ground_sun(gpu, layer, view, &sun).ok_or_else(missing)?))
+            })?;
+            let frame = Bind::Buffer(inputs.layers.first().ok_or_else(missing)?.frame);
+            let mut binds = vec![frame, Bind::Buffer(&views[1]), Bind::Buffer(&sun[0]), Bind::Buffer(&sun[1])];
+            let shader = if texture == TextureKind::Shadow { &shaders::SHADOW } else { &shaders::IRRADIANCE };
+            if texture == TextureKind::Irradiance {
+                let gathered = inputs.gathered.ok_or_else(missing)?;
+                binds.extend([Bind::View(&gathered.view), Bind::Sampler(&gpu.repeat)]);
             }
+            binds.push(Bind::Buffer(&output));
+            gpu.run(texture.name(), deadline, |pass| {
+                marches.iter().for_each(|(shader, binds)| gpu.dispatch(pass, shader, binds, size));
+                gpu.dispatch(pass, shader, &binds, size);
+            })?;
+            return gpu.read(&output, count, deadline);
         }
+        TextureKind::Cloud => each(&inputs.layers, &views, |layer, bound| {
+            cloud(gpu, layer, bound, view.from_above == 1, &output).ok_or_else(missing)
+        })?,
     };
-    gpu.run(texture.name(), deadline, |pass| gpu.dispatch(pass, shader, &binds, [view.size, view.rows]))?;
+    gpu.run(texture.name(), deadline, |pass| {
+        dispatches.iter().for_each(|(shader, binds)| gpu.dispatch(pass, shader, binds, size));
+    })?;
     gpu.read(&output, count, deadline)
+}
+
+/// A dispatch for each layer; the first is told that nothing lies before it.
+fn each<'a, 'b>(
+    layers: &'a [LayerInputs<'a>],
+    views: &'b [wgpu::Buffer; 2],
+    make: impl Fn(&'a LayerInputs<'a>, Bind<'b>) -> Result<(&'static Shader, Vec<Bind<'b>>), GpuError>,
+) -> Result<Vec<(&'static Shader, Vec<Bind<'b>>)>, GpuError>
+where
+    'a: 'b,
+{
+    layers.iter().enumerate().map(|(i, layer)| make(layer, Bind::Buffer(&views[usize::from(i == 0)]))).collect()
+}
+
+fn ground_sun<'b>(
+    gpu: &'b Gpu,
+    layer: &'b LayerInputs<'b>,
+    view: Bind<'b>,
+    sun: &'b [wgpu::Buffer; 2],
+) -> Option<Vec<Bind<'b>>> {
+    Some(vec![
+        Bind::Buffer(layer.frame),
+        view,
+        Bind::View(&layer.field.thickness.view),
+        Bind::View(&layer.tables?.transmittance.view),
+        Bind::Sampler(&gpu.repeat),
+        Bind::Sampler(&gpu.clamp),
+        Bind::Buffer(&sun[0]),
+        Bind::Buffer(&sun[1]),
+    ])
+}
+
+fn cloud<'b>(
+    gpu: &'b Gpu,
+    layer: &'b LayerInputs<'b>,
+    view: Bind<'b>,
+    from_above: bool,
+    output: &'b wgpu::Buffer,
+) -> Option<(&'static Shader, Vec<Bind<'b>>)> {
+    let (tables, light) = layer.tables.zip(layer.light)?;
+    let mut binds = vec![
+        Bind::Buffer(layer.frame),
+        view,
+        Bind::View(&layer.field.thickness.view),
+        Bind::View(&tables.transmittance.view),
+        Bind::View(&tables.reflectance.view),
+        Bind::View(&tables.phase.view),
+        Bind::View(&light.from_below.view),
+        Bind::View(&light.from_above.view),
+        Bind::View(&light.share[usize::from(from_above)].view),
+        Bind::Sampler(&gpu.repeat),
+        Bind::Sampler(&gpu.clamp),
+        Bind::Buffer(output),
+    ];
+    Some(match layer.method? {
+        CloudMethod::Analytic(closure) => {
+            binds.extend([Bind::View(&closure.view), Bind::View(&tables.aureole.view)]);
+            (&shaders::CLOUD_ANALYTIC, binds)
+        }
+        CloudMethod::Tabulated(slice) => {
+            binds.extend([
+                Bind::View(&slice.sides[usize::from(!from_above)].view),
+                Bind::View(&tables.near_sun.view),
+                Bind::Sampler(&gpu.linear),
+                Bind::Buffer(&slice.remainder),
+            ]);
+            (&shaders::CLOUD_TABULATED, binds)
+        }
+    })
 }

@@ -7,7 +7,7 @@
 use naga::valid::{Capabilities, ValidationFlags, Validator};
 use naga::{Expression, Literal, Module, ShaderStage, TypeInner};
 use skyloom::gpu::layout::{
-    self, Blend, Budget, Cells, Eddies, Exchange, Frame, Histogram, Octaves, Remainder, Step, Transfer, View,
+    self, Blend, Blur, Cells, Eddies, Frame, Histogram, Octaves, Remainder, Share, Step, Transfer, View,
 };
 use skyloom::gpu::shaders::{self, Shader};
 use skyloom::slab::fluxes;
@@ -46,22 +46,27 @@ fn host_layouts() -> Vec<(&'static str, Layout)> {
         host_layout!(Frame {
             sun,
             sun_light,
-            sky_light,
             extinction,
             beam,
             smooth_part,
             smooth_albedo,
             offset_uv,
+            shift_uv,
+            above_uv,
             extent_m,
             base_m,
             depth_m,
             step_texels,
             max_steps,
-            spare,
+            texels,
+            samples,
+            columns,
+            discs,
+            sun_radius,
         }),
-        host_layout!(View { towards, eye, size, first_row, rows, from_above, part, peak, top_m, spare }),
-        host_layout!(Exchange { shift_uv, texels, samples, weights, levels, offsets_uv }),
-        host_layout!(Budget { scale, change }),
+        host_layout!(View { towards, eye, size, first_row, rows, from_above, part, peak, plane_m, first }),
+        host_layout!(Blur { axis, radius, sharpness }),
+        host_layout!(Share { entry_scale, reflect_scale, entry_weight, spare_0, spare_1, spare_2 }),
         host_layout!(Remainder {
             depth_scale,
             order1_albedo,
@@ -169,16 +174,16 @@ fn every_uniform_and_storage_struct_is_a_host_struct() {
 
 #[test]
 fn the_comparison_sees_drift() {
-    let source = |fields: &str| format!("struct Budget {{ {fields} }}\nvar<private> budget: Budget;");
-    let layout = |fields: &str| wgsl_layout(&parse(&source(fields)), "Budget");
-    let (_, host) = host_layout!(Budget { scale, change });
-    assert_eq!(layout("scale: vec4<f32>, change: vec4<f32>"), host);
+    let source = |fields: &str| format!("struct Eddies {{ {fields} }}\nvar<private> eddies: Eddies;");
+    let layout = |fields: &str| wgsl_layout(&parse(&source(fields)), "Eddies");
+    let (_, host) = host_layout!(Eddies { cosines, sines });
+    assert_eq!(layout("cosines: vec4<f32>, sines: vec4<f32>"), host);
     for drifted in [
-        "change: vec4<f32>, scale: vec4<f32>",
-        "scale: vec4<f32>, changed: vec4<f32>",
-        "scale: vec4<f32>, change: vec4<f32>, more: f32",
-        "scale: vec3<f32>, change: f32",
-        "scale: vec4<f32>",
+        "sines: vec4<f32>, cosines: vec4<f32>",
+        "cosines: vec4<f32>, sinuses: vec4<f32>",
+        "cosines: vec4<f32>, sines: vec4<f32>, more: f32",
+        "cosines: vec3<f32>, sines: f32",
+        "cosines: vec4<f32>",
     ] {
         assert_ne!(layout(drifted), host, "{drifted}");
     }
@@ -207,7 +212,7 @@ fn constants_of_the_slab_tables() {
         ("SLAB_COSINE_NODES", fluxes::MU_COUNT as f64),
         ("PHASE_COLUMNS", tables::PHASE_COLUMNS as f64),
     ];
-    for shader in [&shaders::BASE_LIGHT, &shaders::IRRADIANCE, &shaders::CLOUD_ANALYTIC] {
+    for shader in [&shaders::BASE_LIGHT, &shaders::GROUND_SUN, &shaders::CLOUD_ANALYTIC] {
         assert_constants(shader, &expected);
     }
 }

@@ -89,12 +89,12 @@ fn shadow_error(sky: &mut Sky, sun_deg: f64, tolerance: f64) -> f64 {
     fine.step_texels = 1.0 / 16.0;
     fine.max_steps = 1 << 20;
     let sun = glam::DVec3::from_array([fine.sun[0], fine.sun[1], fine.sun[2]].map(f64::from));
-    let shift = stages.exchange.shift_uv.map(f64::from);
+    let shift = stages.frame.shift_uv.map(f64::from);
     let mut sum = 0.0;
     for (i, found) in stages.output.iter().enumerate() {
         let centre = |i: usize| (i as f64 + 0.5) / 64.0;
         let uv = glam::dvec2(centre(i % 64) + shift[0], centre(i / 64) + shift[1]);
-        let exact = (-f64::from(fine.extinction[3]) * path_in_layer(&thickness, &fine, uv, sun)).exp();
+        let exact = (-f64::from(fine.extinction[3]) * path_in_layer(&thickness, &fine, uv, sun).length_m).exp();
         sum += (f64::from(*found) - exact).powi(2);
     }
     (sum / stages.output.len() as f64).sqrt()

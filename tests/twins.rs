@@ -19,7 +19,7 @@ use compare::{Tolerance, assert_close, assert_within};
 use serde_json::json;
 use sky::{Sky, pattern, water, waves};
 use skyloom::gpu::HostMap;
-use skyloom::gpu::layout::{Budget, Frame};
+use skyloom::gpu::layout::Frame;
 use skyloom::reference::cloud::ViewRay;
 use skyloom::reference::{self, Map};
 use skyloom::render::{Renderer, RendererOptions, Stages, Watch};
@@ -29,14 +29,6 @@ use std::sync::{LazyLock, Mutex, MutexGuard, PoisonError};
 const ROUND: f64 = 1.0 / 16_777_216.0;
 /// Sum of four values and a product with a power of 2: three roundings.
 const DOWNSAMPLE: Tolerance = Tolerance::new(0.0, 3.0 * ROUND);
-/// One product. (Here and below one rounding is added for numbers that are not representable.)
-const EMIT: Tolerance = Tolerance::new(0.0, 2.0 * ROUND);
-/// A difference, two products, a sum, all of positive terms.
-const DOWN: Tolerance = Tolerance::new(0.0, 5.0 * ROUND);
-/// A ratio of two sums, each of 16 terms a thread and over 8 levels of a tree, each term of four roundings.
-const BUDGET: Tolerance = Tolerance::new(0.0, 2.0 * (16.0 + 8.0 + 4.0) * ROUND);
-/// Gather: 16 products of weights, means of four, blends; beside the places of its samples.
-const GATHER_REL: f64 = 12.0 * ROUND;
 /// Cells: an angle up to 2 pi (2.4e-7) and its sine (1.2e-7) make 1e-6 in a gradient noise; the bend is that times 0.22 *
 /// 1.56 / (1.0888 * 0.2151), on two feature distances 4e-6; the steepest of the profiles, that of open cells, times 8.1,
 /// gives 3.3e-5. The octaves add 1.4e-5 in the same way.
@@ -244,83 +236,115 @@ fn check_field(stages: &Stages) {
     check_each("field_thickness, squared", &device, &square, &allowed);
 }
 
-fn check_mips(name: &str, levels: &[HostMap]) {
-    for pair in levels.windows(2) {
-        check_map(name, &pair[1], &reference::downsample::main(&map(&pair[0])), DOWNSAMPLE);
-    }
-}
-
-fn check_base_light(stages: &Stages) {
+/// Light of the layer's maps: every pass is fed with what the device itself had.
+fn check_sunlight(stages: &Stages) {
     let (frame, tables) = (&stages.frame, &stages.tables);
-    let (thickness, transmittance, diffuse) =
-        (map(&stages.thickness), map(&tables.transmittance), map(&tables.diffuse));
-    let twin = |thickness| reference::base_light::main(frame, &stages.exchange, thickness, &transmittance, &diffuse);
-    let (base, other) = (twin(&thickness), twin(&raised(frame, &thickness, frame.sun[3].into())));
-    // Above the clouds.
-    let light = f64::from(frame.sun_light[0] * frame.sun_light[3] + 4.0 * frame.sky_light[2]);
-    for (name, gpu, base, other, tolerance) in [
-        ("base_light, beam", &stages.beam, &base.beam, &other.beam, Tolerance::new(CANCEL * light, BEAM_REL)),
-        // A difference of what comes through and the beam.
-        ("base_light, diffuse", &stages.diffuse, &base.diffuse, &other.diffuse, {
-            Tolerance::new(TABLE_REL * light, TABLE_REL)
-        }),
-        ("base_light, not reflected", &stages.not_reflected, &base.not_reflected, &other.not_reflected, {
-            Tolerance::new(0.0, TABLE_REL)
-        }),
+    let [thickness, entering, above, transmittance, reflectance, diffuse] = [
+        &stages.thickness,
+        &stages.entering,
+        &stages.above,
+        &tables.transmittance,
+        &tables.reflectance,
+        &tables.diffuse,
+    ]
+    .map(map);
+    let higher = raised(frame, &thickness, frame.sun[3].into());
+
+    let entry = |thickness| reference::sun_entry::main(frame, thickness);
+    let (twin, other) = (entry(&thickness), entry(&higher));
+    // A slope is a difference of two samples, over a texel; at low sun it is large against the cosine.
+    let texel_m = f64::from(frame.extent_m) / thickness.width as f64;
+    let slope = 4.0 * place_error(&thickness, 1.0) / texel_m / f64::from(frame.sun[3]);
+    let (values_of, other) = (values(&twin, &stages.entry), values(&other, &stages.entry));
+    let bounds = allowed(&values_of, &other, Tolerance::new(slope + CANCEL, BEAM_REL + 8.0 * ROUND));
+    check_each("sun_entry", &stages.entry.data, &values_of, &bounds);
+
+    if stages.entry != stages.entering {
+        let mut blurred = map(&stages.entry);
+        for axis in [[1, 0], [0, 1]] {
+            blurred = reference::blur::main(&skyloom::light::blur(axis, stages.blur_texels), &blurred);
+        }
+        // Sums of up to 193 positive terms and their weights, twice; exp of the driver.
+        check_map("blur", &stages.entering, &blurred, Tolerance::new(1e-36, 2.0 * 400.0 * ROUND + 4e-6));
+    }
+
+    let base = |thickness| {
+        let (transmittance, reflectance) = (&transmittance, &reflectance);
+        let maps =
+            reference::base_light::Maps { thickness, transmittance, reflectance, entry: &entering, above: &above };
+        reference::base_light::main(frame, &maps)
+    };
+    let (twin, other) = (base(&thickness), base(&higher));
+    let places = place_error(&above, 1.0) + place_error(&entering, 1.0);
+    for (name, gpu, twin, other) in [
+        ("base_light, beam", &stages.beam, &twin.beam, &other.beam),
+        ("base_light, tilted", &stages.tilted, &twin.tilted, &other.tilted),
+        ("base_light, entered", &stages.entered, &twin.entered, &other.entered),
+        ("base_light, reflected", &stages.reflected, &twin.reflected, &other.reflected),
     ] {
-        assert_size(name, gpu, base);
-        let (twin, other) = (values(base, gpu), values(other, gpu));
+        assert_size(name, gpu, twin);
+        let (twin, other) = (values(twin, gpu), values(other, gpu));
+        // Differences of what comes through and the beam, parts of 1, times what enters.
+        let scale = 1.0 + largest(&entering);
+        let tolerance = Tolerance::new(TABLE_REL * scale + places, TABLE_REL);
         check_each(name, &gpu.data, &twin, &allowed(&twin, &other, tolerance));
     }
-}
 
-fn gather_tolerance(levels: &[Map]) -> Tolerance {
-    // The steps of a coarser level are smaller, and its texels wider.
-    Tolerance::new(place_error(&levels[0], 1.0), GATHER_REL)
-}
-
-fn check_exchange(stages: &Stages) {
-    let exchange = &stages.exchange;
-    let (beam, diffuse, not_reflected) = (map(&stages.beam), map(&stages.diffuse), map(&stages.not_reflected));
-    let (albedo, source, arriving) = (map(&stages.albedo), map(&stages.source), map(&stages.arriving));
-    let beam_place = place_error(&beam, 1.0);
-    let return_tolerance = |levels: &[Map]| {
-        let gather = gather_tolerance(levels);
-        Tolerance { abs: gather.abs + beam_place, ..gather }
-    };
-
-    let mut first_down = vec![diffuse.clone()];
-    while let Some(finer) = first_down.last().filter(|level| level.width > 1) {
-        first_down.push(reference::downsample::main(finer));
+    let column = |thickness| reference::base_column::main(frame, thickness, &transmittance, &diffuse);
+    let (twin, other) = (column(&thickness), column(&higher));
+    for (i, (name, gpu)) in [
+        ("base_column, sun", &stages.column),
+        ("base_column, through", &stages.through),
+        ("base_column, not reflected", &stages.not_reflected),
+    ]
+    .into_iter()
+    .enumerate()
+    {
+        assert_size(name, gpu, &twin[i]);
+        let (twin, other) = (values(&twin[i], gpu), values(&other[i], gpu));
+        check_each(name, &gpu.data, &twin, &allowed(&twin, &other, Tolerance::new(0.0, TABLE_REL)));
     }
-    let first = reference::exchange_return::main(exchange, &beam, &first_down);
-    check_map("exchange_return, before any exchange", &stages.source, &first, return_tolerance(&first_down));
 
-    check_map("exchange_emit", &stages.up[0], &reference::exchange_emit::main(&albedo, &source), EMIT);
-    check_mips("downsample, up", &stages.up);
-    let up = maps(&stages.up);
-    let reflected = reference::exchange_reflect::main(exchange, &up);
-    check_map("exchange_reflect", &stages.arriving, &reflected, gather_tolerance(&up));
+    let [beam, tilted, entered, column] = [&stages.beam, &stages.tilted, &stages.entered, &stages.column].map(map);
+    let maps = reference::sun_share::Maps {
+        beam: &beam,
+        tilted: &tilted,
+        entered: &entered,
+        column: &column,
+        entry: &entering,
+        above: &above,
+    };
+    let twin = reference::sun_share::main(frame, &stages.share, &maps);
+    // A few sums and products of positive terms, a ratio.
+    // Devices may flush what is below the smallest normal number.
+    let tolerance = Tolerance::new(1e-36, 8.0 * ROUND);
+    check_map("sun_share, below", &stages.shares[0], &twin[0], tolerance);
+    let places = place_error(&above, 1.0) * largest(&entering) * f64::from(stages.share.reflect_scale[0]);
+    check_map("sun_share, above", &stages.shares[1], &twin[1], Tolerance { abs: places + tolerance.abs, ..tolerance });
+}
 
-    let balance = reference::exchange_budget::main(
-        &source,
-        &source,
-        &source,
-        &albedo,
-        &arriving,
-        &not_reflected,
-        &Budget::default(),
-    );
-    check("exchange_budget, scale", &stages.budget.scale[..3], &balance.scale.to_array(), BUDGET);
-    check("exchange_budget, change", &stages.budget.change[..3], &balance.change.to_array(), BUDGET);
-
-    let base = reference::exchange_down::main(&stages.budget, &diffuse, &not_reflected, &arriving);
-    check_map("exchange_down, down", &stages.down[0], &base.down, DOWN);
-    check_map("exchange_down, upwelling", &stages.upwelling, &base.upwelling, EMIT);
-    check_mips("downsample, down", &stages.down);
-    let down = maps(&stages.down);
-    let irradiance = reference::exchange_return::main(exchange, &beam, &down);
-    check_map("exchange_return", &stages.irradiance, &irradiance, return_tolerance(&down));
+/// What the host reads of the lowest layer's maps: means over coarser texels.
+fn check_means(stages: &Stages) {
+    let coarse = &stages.columns[0];
+    for (fine, coarse) in [
+        (&stages.beam, &coarse.beam),
+        (&stages.tilted, &coarse.tilted),
+        (&stages.entered, &coarse.entered),
+        (&stages.reflected, &coarse.reflected),
+        (&stages.through, &coarse.through),
+        (&stages.not_reflected, &coarse.not_reflected),
+    ] {
+        let mut level = map(fine);
+        while level.texels.len() > coarse.len() {
+            level = reference::downsample::main(&level);
+        }
+        let twin: Vec<f64> = level.texels.iter().flatten().copied().collect();
+        if twin.len() == 4 * coarse.len() {
+            let levels = f64::from((stages.beam.width / level.width as u32).ilog2());
+            let device: Vec<f32> = coarse.iter().flatten().copied().collect();
+            check("downsample", &device, &twin, Tolerance::new(0.0, DOWNSAMPLE.rel * levels));
+        }
+    }
 }
 
 fn check_thickness(stages: &Stages) {
@@ -329,24 +353,27 @@ fn check_thickness(stages: &Stages) {
     check("thickness", &stages.output, &twin, Tolerance::new(place_error(&thickness, 1.0), 4.0 * ROUND));
 }
 
+/// Tolerances of what one layer leaves of the beam, from a run of the twin on a raised map.
+fn ground_sun(stages: &Stages, thickness: &Map) -> Vec<reference::ground_sun::GroundSun> {
+    reference::ground_sun::main(&stages.frame, &stages.view, thickness, &map(&stages.tables.transmittance))
+}
+
 fn check_shadow(stages: &Stages) {
     let frame = &stages.frame;
     let thickness = map(&stages.thickness);
-    let twin = |thickness| reference::shadow::main(frame, &stages.view, &stages.exchange, thickness);
+    let twin = |thickness: &Map| reference::shadow::main(frame, &stages.view, &ground_sun(stages, thickness));
     let (shadow, other) = (twin(&thickness), twin(&raised(frame, &thickness, frame.sun[3].into())));
     check_each("shadow", &stages.output, &shadow, &allowed(&shadow, &other, Tolerance::new(CANCEL, BEAM_REL)));
 }
 
 fn check_irradiance(stages: &Stages) {
     let frame = &stages.frame;
-    let (thickness, transmittance, down) =
-        (map(&stages.thickness), map(&stages.tables.transmittance), maps(&stages.down));
-    let twin = |thickness| {
-        reference::irradiance::main(frame, &stages.view, &stages.exchange, thickness, &transmittance, &down)
-    };
+    let (thickness, gathered) = (map(&stages.thickness), map(&stages.gathered));
+    let twin =
+        |thickness: &Map| reference::irradiance::main(frame, &stages.view, &ground_sun(stages, thickness), &gathered);
     let (light, other) = (twin(&thickness), twin(&raised(frame, &thickness, frame.sun[3].into())));
     let sun = f64::from(frame.sun_light[0] * frame.sun_light[3]);
-    let tolerance = Tolerance::new(gather_tolerance(&down).abs + CANCEL * sun, BEAM_REL);
+    let tolerance = Tolerance::new(place_error(&gathered, 1.0) + CANCEL * sun, BEAM_REL);
     check_each("irradiance", &stages.output, &light, &allowed(&light, &other, tolerance));
 }
 
@@ -354,13 +381,19 @@ fn check_cloud(stages: &Stages) {
     let (frame, tables) = (&stages.frame, &stages.tables);
     let [transmittance, reflectance, phase, aureole, near_sun] =
         [&tables.transmittance, &tables.reflectance, &tables.phase, &tables.aureole, &tables.near_sun].map(map);
-    let (thickness, closure, upwelling) = (map(&stages.thickness), map(&stages.closure), map(&stages.upwelling));
+    let (thickness, closure) = (map(&stages.thickness), map(&stages.closure));
+    let side = stages.light.from_below.len().isqrt();
+    let light_map = |light: &[[f32; 3]]| Map::from_f32(side, side, 3, light.as_flattened());
+    let (from_below, from_above) = (light_map(&stages.light.from_below), light_map(&stages.light.from_above));
+    let sun_share = map(&stages.shares[stages.view.from_above as usize]);
     let twin = |frame: &Frame, thickness: &Map| {
         let maps = reference::cloud::Maps {
             thickness,
             transmittance: &transmittance,
             reflectance: &reflectance,
-            upwelling: &upwelling,
+            from_below: &from_below,
+            from_above: &from_above,
+            sun_share: &sun_share,
         };
         let method = reference::cloud_analytic::Maps { closure: &closure, phase: &phase, aureole: &aureole };
         let analytic = |ray: &ViewRay, _| reference::cloud_analytic::sunlight(frame, &method, ray);
@@ -382,9 +415,13 @@ fn check_cloud(stages: &Stages) {
     let mut turned_frame = *frame;
     turned_frame.sun[0] += DIRECTION;
     let turned = twin(&turned_frame, &thickness);
-    let light = f64::from(frame.sky_light[2]) + largest(&upwelling);
-    let tolerance = Tolerance::new(CANCEL * light.max(1.0) + place_error(&upwelling, 1.0), {
-        if stages.slice.is_some() { SLICE_REL } else { TABLE_REL }
+    let light = largest(&from_above) + largest(&from_below);
+    // Where the ray meets the cloud is known as well as its path is: a step of the share map, and of the light's.
+    let reach = reach_uv(frame, cosine);
+    let places = place_error(&from_below, reach) + place_error(&from_above, reach);
+    let shares = place_error(&sun_share, reach) / largest(&sun_share).max(1e-30);
+    let tolerance = Tolerance::new(CANCEL * light.max(1.0) + places, {
+        shares + if stages.slice.is_some() { SLICE_REL } else { TABLE_REL }
     });
     let mut bounds = allowed(&cloud, &higher, tolerance);
     bounds.iter_mut().zip(cloud.iter().zip(&turned)).for_each(|(bound, (a, b))| *bound += (a - b).abs());
@@ -433,8 +470,8 @@ fn light_between_cloud_and_ground() {
     for sky in SUNS.into_iter().flat_map(skies) {
         eprintln!("sun at {}", sky.zenith_deg);
         let stages = sky.stages("irradiance", &[("time", "777")]);
-        check_base_light(&stages);
-        check_exchange(&stages);
+        check_sunlight(&stages);
+        check_means(&stages);
     }
 }
 
@@ -443,8 +480,8 @@ fn light_of_a_white_ground_under_an_even_thick_cloud() {
     let thickness = json!({"kind": "uniform", "metres": 2000});
     let sky = Sky { thickness, albedo: [1.0, 0.9, 0.0], ..Sky::at(50.0) };
     let stages = sky.stages("irradiance", &[]);
-    check_base_light(&stages);
-    check_exchange(&stages);
+    check_sunlight(&stages);
+    check_means(&stages);
 }
 
 #[test]
@@ -513,8 +550,8 @@ fn water_droplets() {
         }
     }
     let stages = rainy().stages("irradiance", &[]);
-    check_base_light(&stages);
-    check_exchange(&stages);
+    check_sunlight(&stages);
+    check_means(&stages);
     check_irradiance(&stages);
 }
 
@@ -524,8 +561,8 @@ fn unfiltered_samples() {
         let stages = |texture| unfiltered().inspect(&sky.job(texture, &[("time", "300")]), &Watch::default()).unwrap();
         let cloud = stages("cloud");
         check_field(&cloud);
-        check_base_light(&cloud);
-        check_exchange(&cloud);
+        check_sunlight(&cloud);
+        check_means(&cloud);
         check_cloud(&cloud);
         check_thickness(&stages("thickness"));
         check_shadow(&stages("shadow"));

@@ -1,21 +1,26 @@
 // Structs that the host fills. Their twins are in src/gpu/layout.rs; a reflection test compares the two.
 
-// One moment of one scene.
+// One layer at one moment.
 struct Frame {
     sun: vec4<f32>,           // xyz: towards the sun (east, north, up); w: cosine of its zenith, at least MIN_COSINE
     sun_light: vec4<f32>,     // rgb: irradiance facing the sun, 0 below the horizon; w: cosine of the zenith, at least 0
-    sky_light: vec4<f32>,     // rgb: radiance
     extinction: vec4<f32>,    // per metre: 650, 550, 450 nm; w: 550 nm
     beam: vec4<f32>,          // part of extinction that takes light out of the 5-degree beam; w: 550 nm
     smooth_part: vec4<f32>,   // rgb: 1 - albedo * forward peak: extinction of the medium without its peak
     smooth_albedo: vec4<f32>, // rgb: single-scattering albedo of that medium
     offset_uv: vec2<f32>,     // where the wind has carried the field
+    shift_uv: vec2<f32>,      // from a ground point to where its sun ray crosses the layer's base
+    above_uv: vec2<f32>,      // from a point of the base to where its sun ray crosses the base of the layer above
     extent_m: f32,
     base_m: f32,
     depth_m: f32,             // no cloud is thicker
     step_texels: f32,         // of a march through the layer: lines between texels from one cut to the next
     max_steps: u32,           // of a march
-    spare: u32,
+    texels: u32,              // of the maps of sunlight, a side
+    samples: u32,             // a side, of the thickness map in one of their texels
+    columns: u32,             // 1: each column is lit from straight above, as if its neighbours were like it
+    discs: u32,               // places on the sun's disc that are looked at, 1 for a point
+    sun_radius: f32,          // angle, radians
 }
 
 // One output texture, or a band of its rows.
@@ -28,24 +33,25 @@ struct View {
     from_above: u32,
     part: u32,                // irradiance: 0 total, 1 direct, 2 diffuse
     peak: u32,                // 1: light scattered by less than 5 degrees counts as beam
-    top_m: f32,               // height of the highest top
-    spare: u32,
+    plane_m: f32,             // height of the plane that the texels lie in
+    first: u32,               // 1: the layer is the first that is drawn, nothing lies before it
 }
 
-// Light between cloud base and ground on a square grid.
-struct Exchange {
-    shift_uv: vec2<f32>,      // from a ground point to where its sun ray crosses the cloud base
-    texels: u32,              // a side
-    samples: u32,             // a side, of the thickness map in one texel
-    weights: vec4<f32>,       // of the four rings
-    levels: vec4<f32>,        // mip level of each ring
-    offsets_uv: vec4<f32>,    // of each ring's four taps
+// A Gaussian blur along one axis of a periodic map.
+struct Blur {
+    axis: vec2<i32>,          // (1, 0) or (0, 1)
+    radius: i32,              // texels to either side
+    sharpness: f32,           // 1 / (2 sigma^2), texels
 }
 
-// What all texels of the exchange have in common: written by exchange_budget.
-struct Budget {
-    scale: vec4<f32>,         // rgb: factor that balances the energy of the pass
-    change: vec4<f32>,        // rgb: largest change of irradiance since the last pass, relative to its mean
+// How the maps of sunlight are put together: see sun_share.
+struct Share {
+    entry_scale: vec4<f32>,   // rgb: brings the mean of light by entry to that of light along the ray
+    reflect_scale: vec4<f32>, // rgb: brings the mean of reflected light by entry to that along the ray
+    entry_weight: f32,        // of diffuse light by entry; the rest is by the ray
+    spare_0: u32,
+    spare_1: u32,
+    spare_2: u32,
 }
 
 // What the texels of a radiance slice are multiplied by, per channel.

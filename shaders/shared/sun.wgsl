@@ -1,15 +1,14 @@
-// The sun's light below the cloud, horizontal irradiance. Uses the bindings frame, transmittance and clamped of the
-// pass: what it takes is the same in each.
+// What comes through cloud along the sun's ray, as parts of the irradiance above it. Uses the bindings frame,
+// transmittance and clamped of the pass: what it takes is the same in each.
 struct SunThrough {
     total: vec3<f32>, // all of it
     beam: vec3<f32>,  // what left the beam by less than 5 degrees, or not at all
 }
 
 fn sun_through(path_m: f32) -> SunThrough {
-    let horizontal = frame.sun_light.rgb * frame.sun_light.w;
     let depth = frame.extinction.w * path_m * frame.sun.w;
     let total = slab_transmittance(transmittance, clamped, depth, frame.sun.w);
     // At grazing sun part of the 5-degree cone points upwards: the beam can't hold more than what comes through.
     let beam = min(exp(-frame.beam.rgb * frame.extinction.rgb * path_m), total);
-    return SunThrough(horizontal * total, horizontal * beam);
+    return SunThrough(total, beam);
 }

@@ -6,7 +6,7 @@ use bytemuck::{Pod, Zeroable};
 /// Grazing rays are computed at this cosine at least: 0.006 degrees above the horizon.
 pub const MIN_COSINE: f32 = 1e-4;
 
-/// One moment of one scene.
+/// One layer at one moment.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq, Default, Pod, Zeroable)]
 pub struct Frame {
@@ -14,8 +14,6 @@ pub struct Frame {
     pub sun: [f32; 4],
     /// Irradiance facing the sun; w: cosine of zenith, at least 0.
     pub sun_light: [f32; 4],
-    /// Radiance of the sky.
-    pub sky_light: [f32; 4],
     /// Extinction per metre; w: 550 nm.
     pub extinction: [f32; 4],
     /// Part of extinction that takes light out of the 5-degree beam; w: 550 nm.
@@ -26,6 +24,10 @@ pub struct Frame {
     pub smooth_albedo: [f32; 4],
     /// Where the wind has carried the field.
     pub offset_uv: [f32; 2],
+    /// From a ground point to where its sun ray crosses the layer's base.
+    pub shift_uv: [f32; 2],
+    /// From a point of the base to where its sun ray crosses the base of the layer above.
+    pub above_uv: [f32; 2],
     /// Side of the domain.
     pub extent_m: f32,
     /// Height of the cloud base.
@@ -36,8 +38,16 @@ pub struct Frame {
     pub step_texels: f32,
     /// Of a march.
     pub max_steps: u32,
-    /// Unused.
-    pub spare: u32,
+    /// Of the maps of sunlight, a side.
+    pub texels: u32,
+    /// Samples a side of the thickness map in one of their texels.
+    pub samples: u32,
+    /// 1: each column is lit from straight above, as if its neighbours were like it.
+    pub columns: u32,
+    /// Places on the sun's disc that are looked at.
+    pub discs: u32,
+    /// Radius of the sun's disc, radians.
+    pub sun_radius: f32,
 }
 
 /// One output texture, or a band of its rows.
@@ -60,38 +70,40 @@ pub struct View {
     pub part: u32,
     /// 1: light scattered by less than 5 degrees counts as beam.
     pub peak: u32,
-    /// Height of the highest top.
-    pub top_m: f32,
+    /// Height of the plane that the texels lie in.
+    pub plane_m: f32,
+    /// 1: nothing lies before the layer.
+    pub first: u32,
+}
+
+/// A Gaussian blur along one axis of a periodic map.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, Pod, Zeroable)]
+pub struct Blur {
+    /// (1, 0) or (0, 1).
+    pub axis: [i32; 2],
+    /// Texels to either side.
+    pub radius: i32,
+    /// 1 / (2 sigma^2), texels.
+    pub sharpness: f32,
+}
+
+/// How the maps of sunlight are put together.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, Pod, Zeroable)]
+pub struct Share {
+    /// Brings the mean of light by entry to that of light along the ray.
+    pub entry_scale: [f32; 4],
+    /// Brings the mean of reflected light by entry to that along the ray.
+    pub reflect_scale: [f32; 4],
+    /// Weight of diffuse light by entry.
+    pub entry_weight: f32,
     /// Unused.
-    pub spare: u32,
-}
-
-/// Light between cloud base and ground.
-#[repr(C)]
-#[derive(Debug, Clone, Copy, PartialEq, Default, Pod, Zeroable)]
-pub struct Exchange {
-    /// From a ground point to where its sun ray crosses the cloud base.
-    pub shift_uv: [f32; 2],
-    /// Texels a side.
-    pub texels: u32,
-    /// Samples a side of the thickness map in one texel.
-    pub samples: u32,
-    /// Of the four rings.
-    pub weights: [f32; 4],
-    /// Mip level of each ring.
-    pub levels: [f32; 4],
-    /// Of each ring's taps.
-    pub offsets_uv: [f32; 4],
-}
-
-/// What all texels of the exchange have in common.
-#[repr(C)]
-#[derive(Debug, Clone, Copy, PartialEq, Default, Pod, Zeroable)]
-pub struct Budget {
-    /// Factor that balances the energy of a pass.
-    pub scale: [f32; 4],
-    /// Largest relative change since the last pass.
-    pub change: [f32; 4],
+    pub spare_0: u32,
+    /// Unused.
+    pub spare_1: u32,
+    /// Unused.
+    pub spare_2: u32,
 }
 
 /// What the texels of a radiance slice are multiplied by, per channel.

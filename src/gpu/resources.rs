@@ -187,31 +187,62 @@ impl Gpu {
         level: usize,
         deadline: Option<Instant>,
     ) -> Result<HostMap, GpuError> {
-        let [width, height] = target.level_size(level);
-        let row = 4 * target.channels * width;
-        let padded = row.next_multiple_of(wgpu::COPY_BYTES_PER_ROW_ALIGNMENT);
-        let buffer = self.storage("read_map", (padded * height / 4) as usize);
+        let mut maps = self.read_maps(&[(target, level)], deadline)?;
+        maps.pop().ok_or_else(|| GpuError::Failed("a texture was not read".to_owned()))
+    }
+
+    /// Copies mip levels of textures to the host, all at once.
+    pub(crate) fn read_maps(
+        &self,
+        wanted: &[(&Target, usize)],
+        deadline: Option<Instant>,
+    ) -> Result<Vec<HostMap>, GpuError> {
+        // Rows are padded as copies want it.
+        let row = |target: &Target, width: u32| {
+            let bytes = 4 * target.channels * width;
+            (bytes, bytes.next_multiple_of(wgpu::COPY_BYTES_PER_ROW_ALIGNMENT))
+        };
+        let sizes = wanted.iter().map(|(target, level)| {
+            let [width, height] = target.level_size(*level);
+            (row(target, width).1 * height) as usize
+        });
+        let total: usize = sizes.sum();
+        let buffer = self.storage("read_maps", total / 4);
         let mut encoder =
-            self.device.create_command_encoder(&wgpu::CommandEncoderDescriptor { label: Some("read_map") });
-        let mut source = target.texture.as_image_copy();
-        source.mip_level = level as u32;
-        encoder.copy_texture_to_buffer(
-            source,
-            wgpu::TexelCopyBufferInfo {
-                buffer: &buffer,
-                layout: wgpu::TexelCopyBufferLayout {
-                    offset: 0,
-                    bytes_per_row: Some(padded),
-                    rows_per_image: Some(height),
+            self.device.create_command_encoder(&wgpu::CommandEncoderDescriptor { label: Some("read_maps") });
+        let mut offset = 0;
+        for (target, level) in wanted {
+            let [width, height] = target.level_size(*level);
+            let (_, padded) = row(target, width);
+            let mut source = target.texture.as_image_copy();
+            source.mip_level = *level as u32;
+            encoder.copy_texture_to_buffer(
+                source,
+                wgpu::TexelCopyBufferInfo {
+                    buffer: &buffer,
+                    layout: wgpu::TexelCopyBufferLayout {
+                        offset,
+                        bytes_per_row: Some(padded),
+                        rows_per_image: Some(height),
+                    },
                 },
-            },
-            wgpu::Extent3d { width, height, depth_or_array_layers: 1 },
-        );
+                wgpu::Extent3d { width, height, depth_or_array_layers: 1 },
+            );
+            offset += u64::from(padded * height);
+        }
         self.queue.submit([encoder.finish()]);
-        let floats = self.read(&buffer, (padded * height / 4) as usize, deadline)?;
-        let rows = floats.chunks(padded as usize / 4);
-        let data = rows.flat_map(|padded| &padded[..row as usize / 4]).copied().collect();
-        Ok(HostMap { width, height, channels: target.channels, data })
+        let floats = self.read(&buffer, total / 4, deadline)?;
+        let mut rest = floats.as_slice();
+        let maps = wanted.iter().map(|(target, level)| {
+            let [width, height] = target.level_size(*level);
+            let (bytes, padded) = row(target, width);
+            let (own, after) = rest.split_at((padded * height) as usize / 4);
+            rest = after;
+            let rows = own.chunks(padded as usize / 4);
+            let data = rows.flat_map(|padded| &padded[..bytes as usize / 4]).copied().collect();
+            HostMap { width, height, channels: target.channels, data }
+        });
+        Ok(maps.collect())
     }
 
     /// Puts one dispatch into a pass, with as many workgroups as cover `size` invocations.

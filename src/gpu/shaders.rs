@@ -24,7 +24,6 @@ const PATH: &str = wgsl!("shared/path");
 const SLAB: &str = wgsl!("shared/slab");
 const SUN: &str = wgsl!("shared/sun");
 const CLOUD_VIEW: &str = wgsl!("shared/cloud");
-const GATHER: &str = wgsl!("shared/gather");
 
 impl Shader {
     /// The whole source; `filtering` false for devices that do not filter 32-bit floats.
@@ -61,15 +60,15 @@ shaders! {
     FIELD_REMAP: "field_remap", IMAGE, [];
     FIELD_THICKNESS: "field_thickness", IMAGE, [];
     DOWNSAMPLE: "downsample", IMAGE, [];
+    SUN_ENTRY: "sun_entry", IMAGE, [PATH];
+    BLUR: "blur", IMAGE, [];
     BASE_LIGHT: "base_light", IMAGE, [PATH, SLAB, SUN];
-    EXCHANGE_EMIT: "exchange_emit", IMAGE, [];
-    EXCHANGE_REFLECT: "exchange_reflect", IMAGE, [GATHER];
-    EXCHANGE_BUDGET: "exchange_budget", [256, 1, 1], [];
-    EXCHANGE_DOWN: "exchange_down", IMAGE, [];
-    EXCHANGE_RETURN: "exchange_return", IMAGE, [GATHER];
+    BASE_COLUMN: "base_column", IMAGE, [SLAB];
+    SUN_SHARE: "sun_share", IMAGE, [];
+    GROUND_SUN: "ground_sun", IMAGE, [PATH, SLAB, SUN];
     THICKNESS: "thickness", IMAGE, [];
-    SHADOW: "shadow", IMAGE, [PATH];
-    IRRADIANCE: "irradiance", IMAGE, [PATH, SLAB, SUN, GATHER];
+    SHADOW: "shadow", IMAGE, [];
+    IRRADIANCE: "irradiance", IMAGE, [];
     CLOUD_ANALYTIC: "cloud_analytic", IMAGE, [PATH, SLAB, CLOUD_VIEW];
     CLOUD_TABULATED: "cloud_tabulated", IMAGE, [PATH, SLAB, CLOUD_VIEW];
 }

@@ -1,57 +1,93 @@
-//! How fine the exchange grid is, and where its rings lie.
+//! How fine the maps of sunlight and the grid of the exchange are.
 
-use crate::gpu::layout::{Exchange, Frame};
+use crate::plan::Plan;
 
-/// Weights of the four rings: least squares against the exact kernel, four bilinear taps a ring. Their sum is 1.
-const RING_WEIGHTS: [f32; 4] = [0.189, 0.429, 0.255, 0.127];
-/// Grid texels a side, at least where anything varies, and at most.
-const TEXELS: [u32; 2] = [16, 1024];
-/// Samples a side of the thickness map in one texel, at most.
-const MAX_SAMPLES: u32 = 4;
+/// Texels a side of the maps of sunlight and of the exchange grid, at least where anything varies, and at most.
+const LEAST_TEXELS: u32 = 16;
+const MOST_SUN_TEXELS: u32 = 1024;
+const MOST_EXCHANGE_TEXELS: u32 = 256;
+/// Samples a side of the thickness map in one texel, at most: with the steps of two marches far below the 65,535 iterations of
+/// an invocation at which a common software driver silently stops.
+const MOST_SAMPLES: u32 = 4;
+/// Texels of the maps of sunlight per transport length: light is spread by about as much.
+const TEXELS_PER_LENGTH: f64 = 2.0;
+/// Between where light enters a cloud and where it leaves: standard deviation on each axis, transport lengths (measured
+/// against Monte Carlo in three dimensions).
+const SPREAD: f64 = 0.7;
 
-/// The exchange grid of a scene.
+/// The grids of a scene.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct GridPlan {
-    /// Texels a side, a power of two.
-    pub(crate) texels: u32,
-    /// Samples a side of the thickness map in one texel.
+pub(crate) struct Grids {
+    /// Texels a side of the maps of sunlight; powers of two.
+    pub(crate) sun_texels: u32,
+    /// Samples a side of the thickness map in one of them.
     pub(crate) samples: u32,
+    /// Texels a side of the exchange grid: not finer than the maps of sunlight, unless these have one texel.
+    pub(crate) exchange_texels: u32,
 }
 
-/// Plans the grid: one texel where nothing varies, otherwise so many per height of the base, over which light between
-/// the planes is smooth, but no finer than what varies (`detail`: texels a side of the finest map).
-pub(crate) fn grid_plan(extent_m: f64, base_m: f64, texels_per_height: f64, uniform: bool, detail: u32) -> GridPlan {
-    if uniform {
-        return GridPlan { texels: 1, samples: 1 };
+/// A layer, as far as grids go.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct LayerShape {
+    /// 1 / (extinction (1 - asymmetry)).
+    pub(crate) transport_length_m: f64,
+    /// Greatest thickness.
+    pub(crate) depth_m: f64,
+}
+
+impl LayerShape {
+    /// Spread of light between where it enters and where it leaves, metres: in thin cloud no more than its thickness.
+    pub(crate) fn spread_m(&self) -> f64 {
+        SPREAD * self.transport_length_m.min(self.depth_m)
     }
-    let needed = (texels_per_height * extent_m / base_m.max(1e-3)).min(f64::from(TEXELS[1])) as u32;
-    let texels = needed.min(detail).clamp(TEXELS[0], TEXELS[1]).next_power_of_two();
-    GridPlan { texels, samples: detail.div_ceil(texels).clamp(1, MAX_SAMPLES) }
 }
 
-/// From a point on the ground to where its sun ray crosses the cloud base, as an offset on the map.
-fn shift_uv(sun: [f64; 3], base_m: f64, extent_m: f64) -> [f32; 2] {
+/// What grids are planned from.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct SceneShape<'a> {
+    pub(crate) extent_m: f64,
+    /// Height of the lowest base.
+    pub(crate) base_m: f64,
+    pub(crate) layers: &'a [LayerShape],
+    /// Texels a side of the finest thickness map; 1 where all layers are the same everywhere.
+    pub(crate) thickness_texels: u32,
+    /// Texels a side of the ground's albedo; 1 for one colour.
+    pub(crate) albedo_texels: u32,
+}
+
+/// Plans the grids: one texel where nothing varies.
+pub(crate) fn grids(scene: &SceneShape<'_>, plan: &Plan) -> Grids {
+    let detail = scene.thickness_texels.max(scene.albedo_texels);
+    if detail == 1 {
+        return Grids { sun_texels: 1, samples: 1, exchange_texels: 1 };
+    }
+    // Light between the planes is smooth over the height of the base.
+    let per_extent =
+        |texels: f64, length_m: f64, most: u32| (texels * scene.extent_m / length_m.max(1e-3)).min(most.into()) as u32;
+    let needed = per_extent(plan.texels_per_height, scene.base_m, MOST_EXCHANGE_TEXELS);
+    let exchange_texels = needed.min(detail).clamp(LEAST_TEXELS, MOST_EXCHANGE_TEXELS).next_power_of_two();
+    if scene.thickness_texels == 1 {
+        return Grids { sun_texels: 1, samples: 1, exchange_texels };
+    }
+    let finest_m = scene.layers.iter().map(|layer| layer.transport_length_m).fold(f64::MAX, f64::min);
+    let needed = per_extent(TEXELS_PER_LENGTH, finest_m, MOST_SUN_TEXELS);
+    let fine = needed.min(scene.thickness_texels).clamp(LEAST_TEXELS, MOST_SUN_TEXELS).next_power_of_two();
+    let sun_texels = fine.max(exchange_texels);
+    let samples = (2 * scene.thickness_texels).div_ceil(sun_texels).clamp(1, plan.most_samples.min(MOST_SAMPLES));
+    Grids { sun_texels, samples, exchange_texels }
+}
+
+impl Grids {
+    /// Mip level of the maps of sunlight that is the exchange grid.
+    pub(crate) fn level(&self) -> usize {
+        (self.sun_texels / self.exchange_texels).max(1).ilog2() as usize
+    }
+}
+
+/// From a point on one plane to where its sun ray crosses another one `height_m` above it, as an offset on the map.
+pub(crate) fn shift_uv(sun: [f64; 3], height_m: f64, extent_m: f64) -> [f32; 2] {
     let cosine = sun[2].max(f64::from(crate::gpu::layout::MIN_COSINE));
-    let tiles = base_m / (cosine * extent_m);
+    let tiles = height_m / (cosine * extent_m);
     // Brought to one tile in f64: at grazing sun the offset is thousands of tiles.
     [(tiles * sun[0]).rem_euclid(1.0) as f32, (-tiles * sun[1]).rem_euclid(1.0) as f32]
-}
-
-impl GridPlan {
-    /// The rings lie at radii in proportion to the height: ring k stands for a square of side 2^k heights, its four taps
-    /// a quarter of that from the middle, each on the mip level whose texels are half as wide.
-    pub(crate) fn exchange(&self, frame: &Frame) -> Exchange {
-        let height_texels = f64::from(frame.base_m) * f64::from(self.texels) / f64::from(frame.extent_m);
-        let side = |ring: usize| (1u32 << ring) as f32;
-        let ring = |value: &dyn Fn(usize) -> f32| [value(0), value(1), value(2), value(3)];
-        let sun = [frame.sun[0], frame.sun[1], frame.sun[2]].map(f64::from);
-        Exchange {
-            shift_uv: shift_uv(sun, frame.base_m.into(), frame.extent_m.into()),
-            texels: self.texels,
-            samples: self.samples,
-            weights: RING_WEIGHTS,
-            levels: ring(&|k| (0.5 * height_texels as f32 * side(k)).max(1.0).log2()),
-            offsets_uv: ring(&|k| 0.25 * side(k) * frame.base_m / frame.extent_m),
-        }
-    }
 }

@@ -1,51 +1,85 @@
-//! Light at the cloud base before any of it has met the ground. Twin of `shaders/base_light.wgsl`.
+//! The sun's light at cloud base and top. Twin of `shaders/base_light.wgsl`.
 
-use super::frame::{vec2, vec3};
-use super::map::{Map, texel};
+use super::frame::{texel_centre, vec2, vec3};
+use super::map::{Map, rgb};
 use super::path::path_in_layer;
-use super::slab::{slab_not_reflected_diffuse, slab_transmittance_diffuse};
+use super::slab::slab_reflectance;
 use super::sun::sun_through;
-use crate::gpu::layout::{Exchange, Frame};
-use glam::{DVec2, DVec3, dvec2};
+use crate::gpu::layout::Frame;
+use glam::{DVec2, DVec3};
 use rayon::prelude::*;
-use std::f64::consts::PI;
 
-/// Means over each texel of the exchange grid.
+/// Means over each texel of the maps of sunlight, as parts of the horizontal irradiance above all layers.
 #[derive(Debug, Clone, PartialEq)]
 pub struct BaseLight {
-    /// Horizontal irradiance of the sun's beam.
+    /// Beam at the base; fourth channel: red light sent up along slanted rays.
     pub beam: Map,
-    /// Exitance of diffuse light, downwards.
-    pub diffuse: Map,
-    /// Part of diffuse light from below that the cloud does not send back, 0..1.
-    pub not_reflected: Map,
+    /// Diffuse light at the base along slanted rays; fourth channel: green light sent up.
+    pub tilted: Map,
+    /// Diffuse light at the base by entry; fourth channel: blue light sent up.
+    pub entered: Map,
+    /// Light sent up by entry; fourth channel 0.
+    pub reflected: Map,
 }
 
-/// The three maps, in units of the sun's irradiance.
-pub fn main(frame: &Frame, exchange: &Exchange, thickness: &Map, transmittance: &Map, diffuse: &Map) -> BaseLight {
-    let side = exchange.texels as usize;
-    let samples = f64::from(exchange.samples);
-    let sample = |uv: DVec2| -> [DVec3; 3] {
-        let path_m = path_in_layer(thickness, frame, uv, vec3(frame.sun));
-        let through = sun_through(frame, transmittance, path_m);
-        let height_m = thickness.sample_periodic((uv + vec2(frame.offset_uv)).to_array())[0];
-        let column = f64::from(frame.extinction[3]) * height_m;
-        let sky = PI * vec3(frame.sky_light) * slab_transmittance_diffuse(diffuse, column);
-        [through.beam, through.total - through.beam + sky, slab_not_reflected_diffuse(diffuse, column)]
-    };
-    let mean = |x: usize, y: usize| {
-        let mut sum = [DVec3::ZERO; 3];
-        for i in 0..exchange.samples * exchange.samples {
-            let inside = dvec2(f64::from(i % exchange.samples), f64::from(i / exchange.samples)) + 0.5;
-            let uv = (dvec2(x as f64, y as f64) + inside / samples) / f64::from(exchange.texels);
-            for (sum, part) in sum.iter_mut().zip(sample(uv)) {
-                *sum += part;
-            }
+/// The textures that the pass reads.
+#[derive(Debug, Clone, Copy)]
+pub struct Maps<'a> {
+    /// Metres.
+    pub thickness: &'a Map,
+    /// Transmitted part of a beam: columns of cosine, rows of optical depth.
+    pub transmittance: &'a Map,
+    /// Reflected part of a beam.
+    pub reflectance: &'a Map,
+    /// Relative irradiance of the cloud's top, blurred.
+    pub entry: &'a Map,
+    /// What the layer above leaves of the beam.
+    pub above: &'a Map,
+}
+
+/// The places in a texel of the maps of sunlight at which the thickness map is sampled.
+pub(super) fn samples(frame: &Frame, x: usize, y: usize) -> impl Iterator<Item = DVec2> {
+    let (count, texels) = (frame.samples, f64::from(frame.texels));
+    let corner = DVec2::new(x as f64, y as f64);
+    (0..count * count).map(move |i| {
+        let inside = DVec2::new(f64::from(i % count), f64::from(i / count)) + 0.5;
+        (corner + inside / f64::from(count)) / texels
+    })
+}
+
+/// The four maps.
+pub fn main(frame: &Frame, maps: &Maps<'_>) -> BaseLight {
+    let side = frame.texels as usize;
+    let (extinction, cosine) = (f64::from(frame.extinction[3]), f64::from(frame.sun[3]));
+    let count = f64::from(frame.samples * frame.samples);
+    let texel = |x: usize, y: usize| {
+        let centre = texel_centre(x, y, frame.texels);
+        let lit = rgb(maps.above.sample_periodic((centre + vec2(frame.above_uv)).to_array()));
+        let entering = maps.entry.sample_periodic(centre.to_array())[0];
+        let mut sums = [DVec3::ZERO; 5];
+        for uv in samples(frame, x, y) {
+            let column_m = maps.thickness.sample_periodic((uv + vec2(frame.offset_uv)).to_array())[0] / cosine;
+            let path_m = match frame.columns {
+                1 => column_m,
+                _ => path_in_layer(maps.thickness, frame, uv, vec3(frame.sun)).length_m,
+            };
+            let reflectance = |path_m: f64| slab_reflectance(maps.reflectance, extinction * path_m * cosine, cosine);
+            let through = |path_m: f64| sun_through(frame, maps.transmittance, path_m);
+            let (along, down) = (through(path_m), through(column_m));
+            let parts = [
+                along.beam,
+                along.total - along.beam,
+                entering * (down.total - down.beam),
+                entering * reflectance(column_m),
+                reflectance(path_m),
+            ];
+            sums.iter_mut().zip(parts).for_each(|(sum, part)| *sum += part);
         }
-        sum.map(|sum| texel(sum / (samples * samples)))
+        let [beam, tilted, entered, reflected, sent_up] = sums.map(|sum| lit * sum / count);
+        [beam.extend(sent_up.x), tilted.extend(sent_up.y), entered.extend(sent_up.z), reflected.extend(0.0)]
+            .map(|texel| texel.to_array())
     };
-    let means: Vec<_> = (0..side * side).into_par_iter().map(|i| mean(i % side, i / side)).collect();
-    let map =
-        |part: usize| Map { width: side, height: side, texels: means.iter().map(|texels| texels[part]).collect() };
-    BaseLight { beam: map(0), diffuse: map(1), not_reflected: map(2) }
+    let texels: Vec<_> = (0..side * side).into_par_iter().map(|i| texel(i % side, i / side)).collect();
+    let map = |part: usize| Map { width: side, height: side, texels: texels.iter().map(|texel| texel[part]).collect() };
+    BaseLight { beam: map(0), tilted: map(1), entered: map(2), reflected: map(3) }
 }

@@ -1,4 +1,4 @@
-//! What every method of the cloud pass has in common: the view ray, light of sky and ground, alpha. Twin of
+//! What every method of the cloud pass has in common: the view ray, light of sky, ground and other layers, alpha. Twin of
 //! `shaders/shared/cloud.wgsl`.
 
 use super::frame::{domain_uv, image, vec3};
@@ -18,8 +18,12 @@ pub struct Maps<'a> {
     pub transmittance: &'a Map,
     /// Reflected part of a beam.
     pub reflectance: &'a Map,
-    /// Irradiance of the cloud base from the ground.
-    pub upwelling: &'a Map,
+    /// Horizontal irradiance that arrives from below and from above, but for the sun's.
+    pub from_below: &'a Map,
+    /// From above.
+    pub from_above: &'a Map,
+    /// The sun's light relative to a slab's under the open sun, for the side that is seen.
+    pub sun_share: &'a Map,
 }
 
 /// The ray of a texel.
@@ -27,8 +31,8 @@ pub struct Maps<'a> {
 pub struct ViewRay {
     /// Towards the viewer.
     pub seen: DVec3,
-    /// Where it crosses the cloud base.
-    pub base_uv: DVec2,
+    /// Where it meets the cloud, seen from the viewer.
+    pub hit_uv: DVec2,
     /// Cosine of its zenith.
     pub cosine: f64,
     /// Length of cloud along it, metres.
@@ -42,22 +46,24 @@ pub struct ViewRay {
 /// The ray of the texel at `place` (0 to 1 from the north-west corner).
 pub fn view_ray(frame: &Frame, view: &View, thickness: &Map, place: DVec2) -> ViewRay {
     let from_above = view.from_above == 1;
-    let (extent_m, base_m, top_m) = (f64::from(frame.extent_m), f64::from(frame.base_m), f64::from(view.top_m));
-    let plane_m = if from_above { top_m } else { base_m };
+    let (extent_m, plane_m) = (f64::from(frame.extent_m), f64::from(view.plane_m));
     let position = (dvec2(place.x - 0.5, 0.5 - place.y) * extent_m).extend(plane_m);
     let to_eye = vec3(view.eye) - position;
     let seen = if view.towards[3] > 0.5 { to_eye.normalize() } else { vec3(view.towards) };
     // The view ray, climbing through the layer.
     let up = if from_above { seen } else { -seen };
     let cosine = up.z.clamp(super::frame::MIN_COSINE, 1.0);
-    let sunk_m = if from_above { top_m - base_m } else { 0.0 };
-    let base_uv = domain_uv(position.truncate() - up.truncate() / cosine * sunk_m, extent_m);
-    let path_m = path_in_layer(thickness, frame, base_uv, up);
-    let depth = f64::from(frame.extinction[3]) * path_m * cosine;
-    ViewRay { seen, base_uv, cosine, path_m, depth, from_above }
+    let sunk_m = f64::from(frame.base_m) - plane_m;
+    let base_uv = domain_uv(position.truncate() + up.truncate() / cosine * sunk_m, extent_m);
+    let path = path_in_layer(thickness, frame, base_uv, up);
+    let climbed_m = if from_above { path.high_m } else { path.low_m } / cosine;
+    let hit_uv = base_uv + dvec2(up.x, -up.y) * (climbed_m / extent_m);
+    let depth = f64::from(frame.extinction[3]) * path.length_m * cosine;
+    ViewRay { seen, hit_uv, cosine, path_m: path.length_m, depth, from_above }
 }
 
-/// Radiance (three colours, in units of the sun's irradiance per steradian) and alpha of each texel. `sunlight`: what a
+/// Radiance (three colours, in units of the sun's irradiance per steradian) and alpha of each texel of a layer that nothing
+/// lies before. `sunlight`: what a
 /// method gives for a ray and the slab's transmittance along it, per irradiance facing the sun.
 pub fn main(
     frame: &Frame,
@@ -72,15 +78,12 @@ pub fn main(
         let reflected = slab_reflectance(maps.reflectance, ray.depth, ray.cosine);
         let through = slab_transmittance(maps.transmittance, ray.depth, ray.cosine);
         let transmitted = (through - clear).max(DVec3::ZERO);
-        let sky = vec3(frame.sky_light);
-        let ground = rgb(maps.upwelling.sample_periodic(ray.base_uv.to_array())) / PI;
-        let mut light = if ray.from_above {
-            sky * reflected + ground * transmitted
-        } else {
-            sky * transmitted + ground * reflected
-        };
+        let at = |map: &Map| rgb(map.sample_periodic(ray.hit_uv.to_array()));
+        let (low, high) = (at(maps.from_below) / PI, at(maps.from_above) / PI);
+        let mut light =
+            if ray.from_above { high * reflected + low * transmitted } else { high * transmitted + low * reflected };
         if frame.sun_light[3] > 0.0 {
-            light += vec3(frame.sun_light) * sunlight(&ray, through);
+            light += vec3(frame.sun_light) * at(maps.sun_share) * sunlight(&ray, through);
         }
         light.extend(-(-extinction * ray.path_m).exp_m1()).to_array()
     })

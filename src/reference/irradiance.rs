@@ -1,33 +1,28 @@
 //! Output: downward irradiance on the ground, or a part of it. Twin of `shaders/irradiance.wgsl`.
 
-use super::frame::{exp, image, vec2, vec3};
-use super::gather::gather_light;
-use super::map::Map;
-use super::path::path_in_layer;
-use super::sun::sun_through;
-use crate::gpu::layout::{Exchange, Frame, View};
+use super::frame::{image, vec3};
+use super::ground_sun::GroundSun;
+use super::map::{Map, rgb};
+use crate::gpu::layout::{Frame, View};
+use glam::DVec3;
 
-/// Irradiance of each texel, three colours, in units of the sun's irradiance.
-pub fn main(
-    frame: &Frame,
-    view: &View,
-    exchange: &Exchange,
-    thickness: &Map,
-    transmittance: &Map,
-    down: &[Map],
-) -> Vec<f64> {
-    image(view, |uv| {
-        let path_m = path_in_layer(thickness, frame, uv + vec2(exchange.shift_uv), vec3(frame.sun));
-        let beam = sun_through(frame, transmittance, path_m).beam;
-        let total = beam + gather_light(down, exchange, uv);
-        let horizontal = vec3(frame.sun_light) * f64::from(frame.sun_light[3]);
-        let unscattered = horizontal * exp(-vec3(frame.extinction) * path_m);
-        let direct = if view.peak == 1 { beam } else { unscattered.min(beam) };
-        match view.part {
-            1 => direct,
-            2 => total - direct,
-            _ => total,
-        }
-        .to_array()
-    })
+/// Irradiance of each texel, three colours, in units of the sun's irradiance. `gathered`: light of the cloud base on the
+/// ground.
+pub fn main(frame: &Frame, view: &View, ground_sun: &[GroundSun], gathered: &Map) -> Vec<f64> {
+    let horizontal = vec3(frame.sun_light) * f64::from(frame.sun_light[3]);
+    let diffuse = image(view, |uv| rgb(gathered.sample_periodic(uv.to_array())).to_array());
+    let texels = diffuse.chunks(3).zip(ground_sun);
+    texels
+        .flat_map(|(diffuse, sun)| {
+            let beam = horizontal * sun.beam.truncate();
+            let total = beam + DVec3::from_slice(diffuse);
+            let direct = if view.peak == 1 { beam } else { horizontal * sun.unscattered.truncate() };
+            match view.part {
+                1 => direct,
+                2 => total - direct,
+                _ => total,
+            }
+            .to_array()
+        })
+        .collect()
 }

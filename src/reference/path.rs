@@ -1,34 +1,58 @@
-//! Length of cloud along a ray. Twin of `shaders/shared/path.wgsl`.
+//! Cloud along a ray. Twin of `shaders/shared/path.wgsl`.
 
 use super::frame::{MIN_COSINE, vec2};
 use super::map::Map;
 use crate::gpu::layout::Frame;
 use glam::{DVec2, DVec3, dvec2};
 
-/// Length of cloud, metres, along the ray that crosses the base plane at `base_uv` and climbs along the unit vector
-/// `up`. Cloud fills base to base + thickness (`map`, metres).
-pub fn path_in_layer(map: &Map, frame: &Frame, base_uv: DVec2, up: DVec3) -> f64 {
+/// Cloud along a ray, metres.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Path {
+    /// Its length.
+    pub length_m: f64,
+    /// Height above the base at which the ray is in cloud first.
+    pub low_m: f64,
+    /// And last.
+    pub high_m: f64,
+}
+
+/// Cloud along the ray that crosses the base plane at `base_uv` and climbs along the unit vector `up`. Cloud fills base to
+/// base + thickness (`map`, metres).
+pub fn path_in_layer(map: &Map, frame: &Frame, base_uv: DVec2, up: DVec3) -> Path {
+    path_from(map, frame, base_uv, up, 0.0)
+}
+
+/// The same for a ray that starts `from_m` above the base, at `start_uv`.
+pub fn path_from(map: &Map, frame: &Frame, start_uv: DVec2, up: DVec3, from_m: f64) -> Path {
     let cosine = up.z.max(MIN_COSINE);
     let (depth_m, max_steps) = (f64::from(frame.depth_m), f64::from(frame.max_steps));
     let uv_per_metre = dvec2(up.x, -up.y) / (cosine * f64::from(frame.extent_m));
-    let start = base_uv + vec2(frame.offset_uv);
+    let start = start_uv + vec2(frame.offset_uv);
     let size = dvec2(map.width as f64, map.height as f64);
     let crossings = depth_m * uv_per_metre.abs().dot(size);
     let texels = size / f64::from(frame.step_texels).max(crossings / max_steps);
     let place = start * texels - 0.5 * texels / size;
     let slope = uv_per_metre * texels;
-    // Heights at which the ray meets the next lines, and between lines.
+    // Ways up to where the ray meets the next lines, and between lines.
     let pitch = slope.abs().max(DVec2::splat(1e-12)).recip();
     let first =
         |place: f64, slope: f64| if slope > 0.0 { place.floor() + 1.0 - place } else { place - place.ceil() + 1.0 };
     let mut line = pitch * dvec2(first(place.x, slope.x), first(place.y, slope.y));
+    let way_m = depth_m - from_m;
     // Height of the cloud's top above the ray.
-    let above_at = |height_m: f64| map.sample_periodic((start + uv_per_metre * height_m).to_array())[0] - height_m;
+    let above_at =
+        |height_m: f64| map.sample_periodic((start + uv_per_metre * height_m).to_array())[0] - from_m - height_m;
     let (mut sum, mut height_m, mut above) = (0.0, 0.0, above_at(0.0));
-    while height_m < depth_m {
-        let next_m = line.min_element().min(depth_m);
+    let (mut low_m, mut high_m) = (way_m, 0.0);
+    while height_m < way_m {
+        let next_m = line.min_element().min(way_m);
         let (middle, next) = (above_at(0.5 * (height_m + next_m)), above_at(next_m));
-        sum += (next_m - height_m) * path_inside(above, middle, next);
+        let part_m = (next_m - height_m) * path_inside(above, middle, next);
+        if part_m > 0.0 {
+            sum += part_m;
+            low_m = low_m.min(if above > 0.0 { height_m } else { next_m - part_m });
+            high_m = if next > 0.0 { next_m } else { height_m + part_m };
+        }
         if line.x <= next_m {
             line.x += pitch.x;
         }
@@ -37,7 +61,7 @@ pub fn path_in_layer(map: &Map, frame: &Frame, base_uv: DVec2, up: DVec3) -> f64
         }
         (height_m, above) = (next_m, next);
     }
-    sum / cosine
+    Path { length_m: sum / cosine, low_m: from_m + low_m.min(high_m), high_m: from_m + high_m }
 }
 
 /// Part of a piece along which a parabola is above 0, given its values at the start, in the middle and at the end.

@@ -6,7 +6,7 @@ use super::slab::slab_transmittance;
 use crate::gpu::layout::Frame;
 use glam::DVec3;
 
-/// Horizontal irradiance of the sun's light below the cloud.
+/// Parts of the sun's light that come through cloud.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SunThrough {
     /// All of it.
@@ -15,11 +15,10 @@ pub struct SunThrough {
     pub beam: DVec3,
 }
 
-/// What comes through `path_m` metres of cloud along the sun's ray, in units of the sun's irradiance.
+/// What comes through `path_m` metres of cloud along the sun's ray.
 pub fn sun_through(frame: &Frame, transmittance: &Map, path_m: f64) -> SunThrough {
     let (cosine, extinction) = (f64::from(frame.sun[3]), f64::from(frame.extinction[3]));
-    let horizontal = vec3(frame.sun_light) * f64::from(frame.sun_light[3]);
     let total = slab_transmittance(transmittance, extinction * path_m * cosine, cosine);
     let beam = exp(-vec3(frame.beam) * vec3(frame.extinction) * path_m).min(total);
-    SunThrough { total: horizontal * total, beam: horizontal * beam }
+    SunThrough { total, beam }
 }

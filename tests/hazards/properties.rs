@@ -105,7 +105,7 @@ proptest! {
 /// Maps of a slab for the twin of the cloud shader, which answers any view without the device.
 struct Twin {
     stages: Stages,
-    maps: [Map; 7],
+    maps: [Map; 8],
 }
 
 impl Twin {
@@ -121,7 +121,8 @@ impl Twin {
             &stages.closure,
             &tables.phase,
             &tables.aureole,
-            &stages.upwelling,
+            &stages.shares[0],
+            &stages.shares[1],
         ]
         .map(|map| Map::from_f32(map.width as usize, map.height as usize, map.channels as usize, &map.data));
         Self { stages, maps }
@@ -133,8 +134,17 @@ impl Twin {
         let towards = [zenith.sin() * azimuth.sin(), zenith.sin() * azimuth.cos(), side * zenith.cos()];
         let towards = [towards[0] as f32, towards[1] as f32, towards[2] as f32, 0.0];
         let view = View { towards, from_above: from_above.into(), ..self.stages.view };
-        let [thickness, transmittance, reflectance, closure, phase, aureole, upwelling] = &self.maps;
-        let maps = cloud::Maps { thickness, transmittance, reflectance, upwelling };
+        let [thickness, transmittance, reflectance, closure, phase, aureole, below, above] = &self.maps;
+        let even = |light: &[[f32; 3]]| Map::from_f32(1, 1, 3, &light[0]);
+        let (from_below, from_above_light) = (even(&self.stages.light.from_below), even(&self.stages.light.from_above));
+        let maps = cloud::Maps {
+            thickness,
+            transmittance,
+            reflectance,
+            from_below: &from_below,
+            from_above: &from_above_light,
+            sun_share: if from_above { above } else { below },
+        };
         let method = cloud_analytic::Maps { closure, phase, aureole };
         let frame = &self.stages.frame;
         let texel = cloud::main(frame, &view, &maps, |ray, _| cloud_analytic::sunlight(frame, &method, ray));

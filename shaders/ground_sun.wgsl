@@ -1,0 +1,56 @@
+// The sun's beam on the ground: what one layer leaves of it at each texel, multiplied with what the others leave. Means
+// over the sun's disc, so that shadows have penumbras.
+@group(0) @binding(0) var<uniform> frame: Frame;
+@group(0) @binding(1) var<uniform> view: View;
+@group(0) @binding(2) var thickness: texture_2d<f32>;
+@group(0) @binding(3) var transmittance: texture_2d<f32>;
+@group(0) @binding(4) var repeat: sampler;
+@group(0) @binding(5) var clamped: sampler;
+// rgb: parts left of the beam with its 5-degree peak; w: the same at 550 nm, however little comes through in all.
+@group(0) @binding(6) var<storage, read_write> beam: array<vec4<f32>>;
+// rgb: unscattered parts; w: at 550 nm.
+@group(0) @binding(7) var<storage, read_write> unscattered: array<vec4<f32>>;
+
+@compute @workgroup_size(16, 16)
+fn main(@builtin(global_invocation_id) id: vec3<u32>) {
+    if id.x >= view.size || id.y >= view.rows {
+        return;
+    }
+    let uv = (vec2<f32>(f32(id.x), f32(id.y + view.first_row)) + 0.5) / f32(view.size);
+    var with_peak = vec4<f32>(0.0);
+    var without = vec4<f32>(0.0);
+    var count = 0.0;
+    for (var i = 0u; i < frame.discs; i++) {
+        let towards = disc_direction(i);
+        if towards.z > 0.0 || i == 0u {
+            let cosine = max(towards.z, MIN_COSINE);
+            // From the shift of the disc's middle, which the host wraps in double precision.
+            let apart = (towards.xy / cosine - frame.sun.xy / frame.sun.w) * (frame.base_m / frame.extent_m);
+            let base_uv = uv + frame.shift_uv + select(vec2<f32>(0.0), vec2<f32>(apart.x, -apart.y), frame.discs > 1u);
+            let path_m = path_in_layer(thickness, repeat, frame, base_uv, towards).length_m;
+            with_peak += vec4<f32>(sun_through(path_m).beam, exp(-frame.beam.w * frame.extinction.w * path_m));
+            without += exp(-frame.extinction * path_m);
+            count += 1.0;
+        }
+    }
+    with_peak /= count;
+    without = min(without / count, vec4<f32>(with_peak.rgb, 1.0));
+    let at = id.y * view.size + id.x;
+    if view.first == 0u {
+        with_peak *= beam[at];
+        without *= unscattered[at];
+    }
+    beam[at] = with_peak;
+    unscattered[at] = without;
+}
+
+// Direction towards a place on the sun's disc: a spiral of equal areas (Vogel 1979), the middle first.
+fn disc_direction(i: u32) -> vec3<f32> {
+    let sun = frame.sun.xyz;
+    let radius = frame.sun_radius * sqrt(f32(i) / f32(frame.discs));
+    let angle = 2.3999632 * f32(i);
+    let flat = vec2<f32>(-sun.y, sun.x);
+    let side = select(vec3<f32>(flat / max(length(flat), 1e-9), 0.0), vec3<f32>(1.0, 0.0, 0.0), length(flat) < 1e-6);
+    let up = cross(sun, side);
+    return normalize(sun + radius * (cos(angle) * side + sin(angle) * up));
+}

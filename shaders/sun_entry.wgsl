@@ -1,0 +1,41 @@
+// Where sunlight enters the cloud: irradiance of its top per horizontal irradiance above it, mean over each texel of the
+// maps of sunlight. Faces that look at the sun get more, those in the shadow of others only what comes through these as a
+// beam. 0 where there is no cloud.
+@group(0) @binding(0) var<uniform> frame: Frame;
+@group(0) @binding(1) var thickness: texture_2d<f32>;
+@group(0) @binding(2) var repeat: sampler;
+@group(0) @binding(3) var entry_out: texture_storage_2d<r32float, write>;
+
+// A face at grazing sun gets up to 1 / cosine: bounded, so that no single texel outshines the map.
+const MOST: f32 = 30.0;
+
+@compute @workgroup_size(16, 16)
+fn main(@builtin(global_invocation_id) id: vec3<u32>) {
+    if id.x >= frame.texels || id.y >= frame.texels {
+        return;
+    }
+    let samples = f32(frame.samples);
+    let texel = 0.5 / vec2<f32>(textureDimensions(thickness));
+    var sum = 0.0;
+    for (var i = 0u; i < frame.samples * frame.samples; i++) {
+        let inside = vec2<f32>(f32(i % frame.samples), f32(i / frame.samples)) + 0.5;
+        let uv = (vec2<f32>(id.xy) + inside / samples) / f32(frame.texels);
+        let place = uv + frame.offset_uv;
+        let height_m = sample_periodic(thickness, repeat, place, 0u).x;
+        if height_m > 0.0 {
+            let east = sample_periodic(thickness, repeat, place + vec2<f32>(texel.x, 0.0), 0u).x
+                - sample_periodic(thickness, repeat, place - vec2<f32>(texel.x, 0.0), 0u).x;
+            let north = sample_periodic(thickness, repeat, place - vec2<f32>(0.0, texel.y), 0u).x
+                - sample_periodic(thickness, repeat, place + vec2<f32>(0.0, texel.y), 0u).x;
+            let slope = vec2<f32>(east, north) / (2.0 * texel * frame.extent_m);
+            let facing = 1.0 - dot(slope, frame.sun.xy) / frame.sun.w;
+            var seen = 1.0;
+            if frame.columns == 0u && facing > 0.0 {
+                let path = path_from(thickness, repeat, frame, uv, frame.sun.xyz, height_m);
+                seen = exp(-frame.beam.w * frame.extinction.w * path.length_m);
+            }
+            sum += select(seen * clamp(facing, 0.0, MOST), 1.0, frame.columns == 1u);
+        }
+    }
+    textureStore(entry_out, id.xy, vec4<f32>(sum / (samples * samples), 0.0, 0.0, 0.0));
+}

@@ -1,0 +1,30 @@
+// How much of the sun the cloud of each texel gets, relative to a slab of its thickness under the open sun: factors for
+// the light seen from below (what really comes through, against the column's own transmittance) and from above (what
+// enters around it).
+@group(0) @binding(0) var<uniform> frame: Frame;
+@group(0) @binding(1) var<uniform> share: Share;
+@group(0) @binding(2) var beam: texture_2d<f32>;
+@group(0) @binding(3) var tilted: texture_2d<f32>;
+@group(0) @binding(4) var entered: texture_2d<f32>;
+@group(0) @binding(5) var column: texture_2d<f32>;
+@group(0) @binding(6) var entry: texture_2d<f32>;
+@group(0) @binding(7) var above: texture_2d<f32>;
+@group(0) @binding(8) var repeat: sampler;
+@group(0) @binding(9) var below_out: texture_storage_2d<rgba32float, write>;
+@group(0) @binding(10) var above_out: texture_storage_2d<rgba32float, write>;
+
+@compute @workgroup_size(16, 16)
+fn main(@builtin(global_invocation_id) id: vec3<u32>) {
+    if id.x >= frame.texels || id.y >= frame.texels {
+        return;
+    }
+    let centre = (vec2<f32>(id.xy) + 0.5) / f32(frame.texels);
+    let lit = sample_periodic(above, repeat, centre + frame.above_uv, 0u).rgb;
+    let diffuse = mix(textureLoad(tilted, id.xy, 0).rgb, share.entry_scale.rgb * textureLoad(entered, id.xy, 0).rgb,
+        share.entry_weight);
+    let through = textureLoad(beam, id.xy, 0).rgb + diffuse;
+    let own = max(textureLoad(column, id.xy, 0).rgb, vec3<f32>(1e-9));
+    textureStore(below_out, id.xy, vec4<f32>(through / own, 0.0));
+    let entering = textureLoad(entry, id.xy, 0).x;
+    textureStore(above_out, id.xy, vec4<f32>(lit * entering * share.reflect_scale.rgb, 0.0));
+}

@@ -1,0 +1,164 @@
+//! Light between the layers and the ground, on the host: balances the maps of sunlight, adds the layers to one composite
+//! column, and exchanges its light with the ground's.
+
+use super::LightInputs;
+use crate::exchange::stack::{Layer, LayerLight, Stack};
+use crate::exchange::{Kernel, Problem, Solver, exchange};
+use crate::gpu::layout::Share;
+use crate::request::Transport;
+use std::f64::consts::PI;
+
+/// Maps of a layer on the exchange grid, relative to the sun's horizontal irradiance above all layers (see the shaders
+/// `base_light` and `base_column`); fourth channels hold what the slanted ray sends up.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct ColumnMaps {
+    /// Beam at the base; fourth channel: red light sent up along the slanted ray.
+    pub beam: Vec<[f32; 4]>,
+    /// Diffuse light at the base along the slanted ray; fourth channel: green light sent up.
+    pub tilted: Vec<[f32; 4]>,
+    /// Diffuse light at the base by entry; fourth channel: blue light sent up.
+    pub entered: Vec<[f32; 4]>,
+    /// Light sent up by entry.
+    pub reflected: Vec<[f32; 4]>,
+    /// Transmitted part of even light.
+    pub through: Vec<[f32; 4]>,
+    /// Part of even light that is not sent back.
+    pub not_reflected: Vec<[f32; 4]>,
+}
+
+/// Mean fluxes of a scene per square metre of ground, three colours: what enters is what leaves and what is absorbed.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Energy {
+    /// From sun and sky onto the highest layer.
+    pub entering: [f64; 3],
+    /// Up from the highest layer.
+    pub leaving: [f64; 3],
+    /// Absorbed by the ground.
+    pub ground: [f64; 3],
+    /// Absorbed by the clouds.
+    pub clouds: [f64; 3],
+}
+
+/// What the host found.
+pub(super) struct Between {
+    pub(super) layers: Vec<LayerLight>,
+    pub(super) gathered: Vec<[f32; 3]>,
+    pub(super) shares: Vec<Share>,
+    pub(super) energy: Energy,
+}
+
+/// The cheapest way to any accuracy (chart "exchange").
+const KERNEL: Kernel = Kernel::Fourier;
+/// Snow under thick cloud in a wide domain takes 5 steps to 1 %; far more are never needed.
+const SOLVER: Solver = Solver::ConjugateGradients { passes: 60 };
+
+fn mean(map: &[[f32; 4]], channel: usize) -> f64 {
+    map.iter().map(|texel| f64::from(texel[channel])).sum::<f64>() / map.len().max(1) as f64
+}
+
+fn colours(value: impl Fn(usize) -> f64) -> [f64; 3] {
+    [value(0), value(1), value(2)]
+}
+
+/// Ratio of two means; 1 where there is nothing.
+fn ratio(wanted: f64, found: f64) -> f64 {
+    if found > 1e-30 { wanted / found } else { 1.0 }
+}
+
+/// Part of diffuse light that is taken by entry; the rest is by slanted rays.
+fn entry_weight(transport: Transport) -> f32 {
+    match transport {
+        Transport::Columns | Transport::Tilted => 0.0,
+        Transport::Blended => 0.5,
+        Transport::Entry => 1.0,
+    }
+}
+
+/// How light by entry, which goes where the sun really falls but is not conserved, is brought to the mean of light along
+/// slanted rays, which is.
+fn share(maps: &ColumnMaps, transport: Transport) -> Share {
+    let sent_up = [&maps.beam, &maps.tilted, &maps.entered];
+    let scale = |values: [f64; 3]| [values[0] as f32, values[1] as f32, values[2] as f32, 0.0];
+    Share {
+        entry_scale: scale(colours(|c| ratio(mean(&maps.tilted, c), mean(&maps.entered, c)))),
+        reflect_scale: scale(colours(|c| ratio(mean(sent_up[c], 3), mean(&maps.reflected, c)))),
+        entry_weight: entry_weight(transport),
+        ..Share::default()
+    }
+}
+
+/// A value at a place of a periodic map, bilinear.
+fn sample(map: &[[f32; 3]], side: usize, u: f64, v: f64) -> [f32; 3] {
+    let axis = |place: f64| {
+        let place = place * side as f64 - 0.5;
+        let low = (place.floor() as i64).rem_euclid(side as i64) as usize;
+        (low, (low + 1) % side, place - place.floor())
+    };
+    let ((x0, x1, fx), (y0, y1, fy)) = (axis(u), axis(v));
+    let at = |x: usize, y: usize, c: usize| f64::from(map[y * side + x][c]);
+    let mix = |a: f64, b: f64, t: f64| a + (b - a) * t;
+    let value = |c: usize| mix(mix(at(x0, y0, c), at(x1, y0, c), fx), mix(at(x0, y1, c), at(x1, y1, c), fx), fy);
+    [0, 1, 2].map(|c| value(c) as f32)
+}
+
+/// Solves light between the layers and the ground.
+pub(super) fn solve(columns: &[ColumnMaps], inputs: &LightInputs<'_>) -> Between {
+    let side = inputs.grids.exchange_texels as usize;
+    let frame = inputs.layers[0].frame;
+    let sun: [f64; 3] = colours(|c| f64::from(frame.sun_light[c]) * f64::from(frame.sun_light[3]));
+    let sky = inputs.sky.map(|radiance| PI * radiance);
+    let shares: Vec<Share> = columns.iter().map(|maps| share(maps, inputs.transport)).collect();
+    let rgb = |map: &[[f32; 4]], value: &dyn Fn(usize, &[f32; 4]) -> f64| -> Vec<[f32; 3]> {
+        map.iter().map(|texel| [0, 1, 2].map(|c| value(c, texel) as f32)).collect()
+    };
+    let plain = |map: &[[f32; 4]]| rgb(map, &|c, texel| texel[c].into());
+    let sources: Vec<[Vec<[f32; 3]>; 4]> = columns
+        .iter()
+        .zip(&shares)
+        .rev()
+        .map(|(maps, share)| {
+            let weight = f64::from(share.entry_weight);
+            let down = maps.tilted.iter().zip(&maps.entered).map(|(tilted, entered)| {
+                [0, 1, 2].map(|c| {
+                    let entered = f64::from(share.entry_scale[c]) * f64::from(entered[c]);
+                    (sun[c] * ((1.0 - weight) * f64::from(tilted[c]) + weight * entered)) as f32
+                })
+            });
+            let up = rgb(&maps.reflected, &|c, texel| sun[c] * f64::from(share.reflect_scale[c]) * f64::from(texel[c]));
+            [down.collect(), up, plain(&maps.through), plain(&maps.not_reflected)]
+        })
+        .collect();
+    let layers: Vec<Layer<'_>> = sources
+        .iter()
+        .map(|[down, up, transmitted, not_reflected]| Layer { down, up, transmitted, not_reflected })
+        .collect();
+    let beam_at_base = rgb(&columns[0].beam, &|c, texel| sun[c] * f64::from(texel[c]));
+    let [shift_u, shift_v] = frame.shift_uv.map(f64::from);
+    let centre = |i: usize| (i as f64 + 0.5) / side as f64;
+    let beam: Vec<[f32; 3]> = (0..side * side)
+        .map(|i| sample(&beam_at_base, side, centre(i % side) + shift_u, centre(i / side) + shift_v))
+        .collect();
+    let albedo: Vec<[f32; 3]> = inputs.albedo.data.chunks(4).map(|texel| [texel[0], texel[1], texel[2]]).collect();
+    let stack = Stack::new(&layers, side * side, sky);
+    let problem = Problem {
+        side,
+        height_texels: f64::from(frame.base_m) / f64::from(frame.extent_m) * side as f64,
+        albedo: &albedo,
+        beam: &beam,
+        diffuse: stack.diffuse(),
+        not_reflected: stack.not_reflected(),
+    };
+    let exchanged = exchange(&problem, KERNEL, SOLVER, inputs.settled);
+    tracing::debug!(passes = exchanged.passes, texels = side, "light between cloud and ground");
+    let lit = stack.light(&exchanged.upwelling);
+    let count = (side * side) as f64;
+    let absorbed = |c: usize| {
+        let texels = exchanged.irradiance.iter().zip(&albedo);
+        texels.map(|(light, albedo)| f64::from(light[c]) * (1.0 - f64::from(albedo[c]))).sum::<f64>() / count
+    };
+    let (entering, ground) = (colours(|c| sun[c] + sky[c]), colours(absorbed));
+    let leaving = colours(|c| lit.escaping.iter().map(|texel| f64::from(texel[c])).sum::<f64>() / count);
+    let clouds = colours(|c| entering[c] - leaving[c] - ground[c]);
+    let energy = Energy { entering, leaving, ground, clouds };
+    Between { layers: lit.layers.into_iter().rev().collect(), gathered: exchanged.gathered, shares, energy }
+}
