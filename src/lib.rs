@@ -11,6 +11,7 @@
 //! | [`tables`] | droplet mix | the two above, kept in memory and on disk |
 //! | [`field`] | scene | the thickness map |
 //! | [`slice`] | sun | tables as textures; the closure of the orders |
+//! | [`exchange`] | moment | light between layers of cloud, and between cloud and ground |
 //! | `light` | moment | sun, sky and ground light at cloud base and ground |
 //! | [`shade`] | request | the texture asked for |
 //! | [`encode`] | request | the bytes of a file |
@@ -28,6 +29,7 @@
 
 pub mod chart;
 pub mod encode;
+pub mod exchange;
 pub mod field;
 pub mod gpu;
 pub mod image;

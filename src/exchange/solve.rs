@@ -1,0 +1,170 @@
+//! The exchange of two colours: passes, and conjugate gradients.
+//!
+//! For conjugate gradients the unknown is `x = s E` with `s = sqrt(a)`. With the source `S = b + K d0` the three equations
+//! become `A x = s S`, `A = 1 - s K R K s`, which is symmetric and has no eigenvalue below 0. Even light, `s`, is kept out
+//! of the search: it is solved for first, and every direction is made conjugate to it. Then `u = K s x` carries as much
+//! up as the ground sends up, so that energy balances after any number of steps.
+
+use super::pair::{Pair, add, both, dot, each, mean, times};
+use super::{Carrier, Solver};
+
+/// Least part of light that a cloud does not send back.
+const LEAST_NOT_REFLECTED: f64 = 1e-9;
+/// Residual, relative to the source, below which rounding is all that is left.
+const ROUNDING: f64 = 1e-14;
+
+pub(super) fn not_closed(not_reflected: Pair) -> Pair {
+    each(not_reflected, both(LEAST_NOT_REFLECTED), f64::max)
+}
+
+pub(super) struct Inputs {
+    pub(super) albedo: Vec<Pair>,
+    pub(super) beam: Vec<Pair>,
+    pub(super) diffuse: Vec<Pair>,
+    pub(super) not_reflected: Vec<Pair>,
+}
+
+pub(super) struct Solved {
+    pub(super) irradiance: Vec<Pair>,
+    pub(super) gathered: Vec<Pair>,
+    pub(super) upwelling: Vec<Pair>,
+    pub(super) passes: u32,
+    pub(super) change: f64,
+}
+
+/// Light that comes up, and how it was found.
+struct Found {
+    upwelling: Vec<Pair>,
+    passes: u32,
+    change: f64,
+}
+
+pub(super) fn solve(carrier: &Carrier, inputs: Inputs, solver: Solver, tolerance: f64) -> Solved {
+    let dark = inputs.albedo.iter().all(|albedo| albedo.re <= 0.0 && albedo.im <= 0.0);
+    let found = match solver {
+        _ if dark => Found { upwelling: vec![Pair::default(); inputs.albedo.len()], passes: 0, change: 0.0 },
+        Solver::Passes(passes) => by_passes(carrier, &inputs, passes, tolerance, false),
+        Solver::BalancedPasses(passes) => by_passes(carrier, &inputs, passes, tolerance, true),
+        Solver::ConjugateGradients { passes } => by_gradients(carrier, &inputs, passes, tolerance),
+    };
+    let positive = |light: Pair| each(light, Pair::default(), f64::max);
+    let gathered: Vec<Pair> = below(carrier, &inputs, &found.upwelling).into_iter().map(positive).collect();
+    Solved {
+        irradiance: inputs.beam.iter().zip(&gathered).map(|(beam, gathered)| beam + gathered).collect(),
+        gathered,
+        upwelling: found.upwelling.into_iter().map(positive).collect(),
+        passes: found.passes,
+        change: found.change,
+    }
+}
+
+/// Diffuse irradiance of the ground when so much comes up to the base.
+fn below(carrier: &Carrier, inputs: &Inputs, upwelling: &[Pair]) -> Vec<Pair> {
+    let base = inputs.diffuse.iter().zip(upwelling).zip(&inputs.not_reflected);
+    let mut light: Vec<Pair> = base.map(|((diffuse, up), part)| diffuse + times(*up, both(1.0) - part)).collect();
+    carrier.gather(&mut light);
+    light
+}
+
+/// The larger colour of a ratio; 0 / 0 is 0.
+fn worst_ratio(above: Pair, below: Pair) -> f64 {
+    let ratio = each(above, below, |above, below| if above > 0.0 { above / below } else { 0.0 });
+    ratio.re.max(ratio.im)
+}
+
+fn by_passes(carrier: &Carrier, inputs: &Inputs, passes: u32, tolerance: f64, balanced: bool) -> Found {
+    let mut upwelling = vec![Pair::default(); inputs.albedo.len()];
+    let mut change = 0.0;
+    let mut irradiance = below(carrier, inputs, &upwelling);
+    irradiance.iter_mut().zip(&inputs.beam).for_each(|(light, beam)| *light += beam);
+    let entering = mean(&irradiance);
+    if balanced {
+        irradiance.fill(both(1.0));
+    }
+    for pass in 0..passes {
+        upwelling = inputs.albedo.iter().zip(&irradiance).map(|(albedo, light)| times(*albedo, *light)).collect();
+        carrier.gather(&mut upwelling);
+        let mut scale = both(1.0);
+        if balanced {
+            let absorbed = inputs.albedo.iter().zip(&irradiance).map(|(a, light)| times(both(1.0) - a, *light));
+            let lost = absorbed.sum::<Pair>() + dot(&inputs.not_reflected, &upwelling);
+            let leaving = lost / irradiance.len() as f64;
+            scale = each(entering, leaving, |entering, leaving| if leaving > 0.0 { entering / leaving } else { 1.0 });
+            upwelling.iter_mut().for_each(|light| *light = times(*light, scale));
+        }
+        let mut next = below(carrier, inputs, &upwelling);
+        next.iter_mut().zip(&inputs.beam).for_each(|(light, beam)| *light += beam);
+        let square = next.iter().zip(&irradiance).map(|(next, light)| {
+            let difference = next - times(scale, *light);
+            times(difference, difference)
+        });
+        let square = square.sum::<Pair>() / next.len() as f64;
+        change = worst_ratio(each(square, square, |square, _| square.sqrt()), mean(&next));
+        irradiance = next;
+        if change <= tolerance {
+            return Found { upwelling, passes: pass + 1, change };
+        }
+    }
+    Found { upwelling, passes, change }
+}
+
+/// `A x`, as `(1 - a) x + s (1 - K R K) s x`: sums of what is lost, no differences.
+fn lost(carrier: &Carrier, inputs: &Inputs, root: &[Pair], x: &[Pair]) -> Vec<Pair> {
+    let mut field: Vec<Pair> = x.iter().zip(root).map(|(x, root)| times(*x, *root)).collect();
+    carrier.lose(&mut field, &inputs.not_reflected);
+    let texels = field.iter_mut().zip(root).zip(x.iter().zip(&inputs.albedo));
+    texels.for_each(|((field, root), (x, albedo))| *field = times(*field, *root) + times(both(1.0) - albedo, *x));
+    field
+}
+
+/// A step or a share; 0 for a colour that has nothing to search (black ground, no light, solved).
+fn quotient(above: Pair, below: Pair) -> Pair {
+    each(above, below, |above, below| if below > 0.0 { above / below } else { 0.0 })
+}
+
+fn by_gradients(carrier: &Carrier, inputs: &Inputs, passes: u32, tolerance: f64) -> Found {
+    let root: Vec<Pair> = inputs.albedo.iter().map(|a| each(*a, *a, |a, _| a.max(0.0).sqrt())).collect();
+    let mut residual = below(carrier, inputs, &vec![Pair::default(); root.len()]);
+    let texels = residual.iter_mut().zip(&inputs.beam).zip(&root);
+    texels.for_each(|((light, beam), root)| *light = times(*light + beam, *root));
+    let nothing = dot(&residual, &residual) * ROUNDING.powi(2);
+
+    let lost_even = lost(carrier, inputs, &root, &root);
+    let even_loss = dot(&root, &lost_even);
+    let even = quotient(dot(&root, &residual), even_loss);
+    let mut x: Vec<Pair> = root.iter().map(|root| times(even, *root)).collect();
+    add(&mut residual, -even, &lost_even);
+
+    let mut direction = vec![Pair::default(); root.len()];
+    let mut before = Pair::default();
+    let mut made = 0;
+    let mut change = 0.0;
+    while made < passes {
+        let square = dot(&residual, &residual);
+        let open = each(square, nothing, |square, nothing| if square > nothing { 1.0 } else { 0.0 });
+        if open == Pair::default() {
+            break;
+        }
+        let share = times(quotient(square, before), open);
+        before = square;
+        let towards_even = quotient(dot(&lost_even, &residual), even_loss);
+        for ((direction, residual), root) in direction.iter_mut().zip(&residual).zip(&root) {
+            *direction = residual - times(towards_even, *root) + times(share, *direction);
+        }
+        let lost_of_it = lost(carrier, inputs, &root, &direction);
+        let length = times(quotient(dot(&residual, &direction), dot(&direction, &lost_of_it)), open);
+        add(&mut x, length, &direction);
+        add(&mut residual, -length, &lost_of_it);
+        made += 1;
+        // s times the step of the irradiance: what the step sends up and gets back.
+        let back = direction.iter().zip(&lost_of_it).map(|(direction, lost)| times(length, direction - lost));
+        let step = back.map(|back| times(back, back)).sum::<Pair>();
+        change = worst_ratio(step, dot(&x, &x)).sqrt();
+        if change <= tolerance {
+            break;
+        }
+    }
+    let mut upwelling: Vec<Pair> = x.iter().zip(&root).map(|(x, root)| times(*x, *root)).collect();
+    carrier.gather(&mut upwelling);
+    Found { upwelling, passes: made, change }
+}
