@@ -11,8 +11,8 @@
 //! | [`tables`] | droplet mix | the two above, kept in memory and on disk |
 //! | [`field`] | scene | the thickness map |
 //! | [`slice`] | sun | tables as textures; the closure of the orders |
-//! | [`light`] | moment | sun, sky and ground light at each layer and on the ground |
-//! | [`exchange`] | moment | what clouds and ground send each other |
+//! | [`exchange`] | moment | light between layers of cloud, and between cloud and ground |
+//! | `light` | moment | sun, sky and ground light at cloud base and ground |
 //! | [`shade`] | request | the texture asked for |
 //! | [`encode`] | request | the bytes of a file |
 //!
