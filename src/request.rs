@@ -236,7 +236,7 @@ pub const QUERY_PARAMETERS: &[QueryParameter] = &[
     parameter("tolerance", "above 0 to 1", "0.02", "acceptable relative error, root mean square"),
     parameter("method", "tabulated | analytic | reference", "by tolerance", "how slab light is computed"),
     parameter("seed", "0 to 4294967295", "1", "random numbers of method reference: other seeds give other noise"),
-    parameter("layer", "0", "all", "one layer alone, 0 = lowest; light still uses all"),
+    parameter("layer", "0 to 3", "all", "one layer alone, 0 = lowest; light still uses all"),
     parameter("scale", "1e-6 to 1e6", "1", "multiplies linear output"),
     parameter("exposure", "-20 to 20", "0", "exposure of a PNG, stops"),
     parameter("tonemap", "filmic | none", "filmic", "tone curve of a PNG"),
@@ -348,7 +348,9 @@ impl Request {
             "tolerance" => self.tolerance = number(value, f64::MIN_POSITIVE, 1.0)?,
             "method" => self.method = Some(word(value, &Method::ALL)?),
             "seed" => self.seed = value.parse::<u32>().ok()?.into(),
-            "layer" => self.layer = Some(word(value, &[("0", 0)])?),
+            "layer" => {
+                self.layer = Some(value.parse().ok().filter(|layer| (*layer as usize) < Scene::MAX_LAYERS)?);
+            }
             "scale" => self.scale = number(value, 1e-6, 1e6)?,
             "exposure" => self.exposure_stops = number(value, -20.0, 20.0)?,
             "tonemap" => self.tonemap = word(value, &[("filmic", Tonemap::Filmic), ("none", Tonemap::None)])?,
@@ -394,11 +396,16 @@ impl Request {
     /// # Errors
     /// The parameters that do not fit the scene.
     pub fn check(&self, scene: &Scene) -> Result<(), Vec<FieldError>> {
-        if self.layer.is_some() && scene.layers.is_empty() {
-            let detail = "the scene has no layer".to_owned();
-            return Err(vec![FieldError { pointer: "layer".to_owned(), detail }]);
-        }
-        Ok(())
+        let count = scene.layer_count();
+        let detail = match (self.layer, count) {
+            (Some(layer), 0) => format!("the scene has no layer {layer}: it has none at all"),
+            (Some(layer), 1) if layer > 0 => format!("the scene has no layer {layer}; allowed: 0"),
+            (Some(layer), _) if layer as usize >= count => {
+                format!("the scene has no layer {layer}; allowed: 0 to {}", count - 1)
+            }
+            _ => return Ok(()),
+        };
+        Err(vec![FieldError { pointer: "layer".to_owned(), detail }])
     }
 
     /// A text that is equal for equal requests: part of cache keys.

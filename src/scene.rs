@@ -47,6 +47,7 @@ pub struct Scene {
     pub(crate) sun: Sun,
     pub(crate) light: Light,
     pub(crate) ground: Ground,
+    /// Bottom to top: each base lies above the one before.
     pub(crate) layers: Vec<Layer>,
 }
 
@@ -66,7 +67,7 @@ pub struct Sun {
     pub zenith_deg: ZenithDeg,
     /// Clockwise from north.
     pub azimuth_deg: AzimuthDeg,
-    /// Across the disc; 0 is parallel light.
+    /// Across the disc, which blurs the edges of shadows; 0 is parallel light.
     pub angular_diameter_deg: AngularDiameterDeg,
 }
 
@@ -222,6 +223,8 @@ pub struct ImageReference {
 impl Scene {
     /// Most bytes of JSON that are read as a scene.
     pub const MAX_BYTES: usize = 256 * 1024;
+    /// Most layers of cloud.
+    pub const MAX_LAYERS: usize = 4;
     /// Most texels a side of a field or texture.
     pub const MAX_SIDE: u32 = 4096;
 
@@ -295,6 +298,11 @@ impl Scene {
     /// Side of the domain, metres.
     pub fn extent_m(&self) -> f64 {
         self.domain.extent_m.get()
+    }
+
+    /// Number of layers of cloud, 0 to [`Scene::MAX_LAYERS`].
+    pub fn layer_count(&self) -> usize {
+        self.layers.len()
     }
 
     /// Texels a side unless a request asks for another size.

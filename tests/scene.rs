@@ -97,7 +97,8 @@ fn numbers_out_of_range_are_refused_with_the_range() {
         ("/domain/resolution", json!(1.5)),
         ("/domain/resolution", json!(0)),
         ("/sun/zenith_deg", json!(180.1)),
-        ("/sun/angular_diameter_deg", json!(0.5)),
+        ("/sun/angular_diameter_deg", json!(10.1)),
+        ("/sun/angular_diameter_deg", json!(-0.1)),
         ("/atmosphere/sun", json!([1, 2])),
         ("/atmosphere/sky/1", json!(-1)),
         ("/ground/albedo/2", json!(1.01)),
@@ -126,6 +127,69 @@ fn all_errors_are_told_at_once() {
     );
     let pointers: Vec<_> = found.iter().map(|e| e.0.as_str()).collect();
     assert_eq!(pointers, ["/domain/x", "/domain/extent_m", "/sun/zenith_deg", "/layers/0/thickness/metres"]);
+}
+
+/// A scene of one uniform layer at each of the bases; `null` leaves the base out.
+fn stacked(bases: &[Value]) -> Value {
+    let layer = |base: &Value| {
+        let mut layer = json!({ "thickness": { "kind": "uniform", "metres": 100 } });
+        if !base.is_null() {
+            layer["base_m"] = base.clone();
+        }
+        layer
+    };
+    json!({ "layers": bases.iter().map(layer).collect::<Vec<_>>() })
+}
+
+#[test]
+fn up_to_four_layers_go_bottom_to_top() {
+    for bases in [&[][..], &[json!(0)], &[json!(null), json!(1000.5)], &[json!(1), json!(2), json!(3), json!(2e4)]] {
+        let scene = Scene::from_json(stacked(bases).to_string().as_bytes()).unwrap();
+        assert_eq!((scene.layer_count(), scene.mixes().len()), (bases.len(), bases.len()));
+        assert_eq!(Scene::from_json(scene.to_json().to_string().as_bytes()).unwrap(), scene);
+        let lowest = bases.first().map_or(0.0, |base| base.as_f64().unwrap_or(1000.0));
+        assert_eq!(scene.base_m(), lowest);
+    }
+    let five = errors(&stacked(&[0, 1, 2, 3, 4].map(|base| json!(base))).to_string());
+    assert_eq!((five.len(), five[0].0.as_str()), (1, "/layers"));
+    assert!(five[0].1.contains("0 to 4"), "{}", five[0].1);
+}
+
+#[test]
+fn a_base_that_is_not_above_the_one_before_is_refused_at_its_own_pointer() {
+    let found = errors(&stacked(&[json!(500), json!(500), json!(2000), json!(1999)]).to_string());
+    let pointers: Vec<_> = found.iter().map(|e| e.0.as_str()).collect();
+    assert_eq!(pointers, ["/layers/1/base_m", "/layers/3/base_m"]);
+    assert!(found[0].1.contains("above 500 to 20000 m"), "{}", found[0].1);
+    // Bases left out count as their default.
+    assert_eq!(errors(&stacked(&[json!(null), json!(null)]).to_string())[0].0, "/layers/1/base_m");
+}
+
+#[test]
+fn one_wrong_layer_hides_no_error_of_the_others() {
+    let mut scene = stacked(&[json!(-1), json!(800), json!(700)]);
+    scene["layers"][0]["thickness"]["metres"] = json!(-5);
+    scene["layers"][1] = json!({ "base_m": 800, "thickness": { "kind": "foam" } });
+    let found = errors(&scene.to_string());
+    let pointers: Vec<_> = found.iter().map(|e| e.0.as_str()).collect();
+    let expected = ["/layers/0/base_m", "/layers/0/thickness/metres", "/layers/1/thickness/kind", "/layers/2/base_m"];
+    assert_eq!(pointers, expected);
+}
+
+#[test]
+fn a_request_names_only_layers_that_the_scene_has() {
+    let check = |layers: &[Value], layer: &str| {
+        let scene = Scene::from_json(stacked(layers).to_string().as_bytes()).unwrap();
+        parse("cloud", "exr", &[("layer", layer)]).unwrap().check(&scene)
+    };
+    let three = [json!(0), json!(1), json!(2)];
+    assert!(check(&three, "2").is_ok());
+    for (layers, layer, allowed) in [(&three[..], "3", "0 to 2"), (&three[..1], "1", "allowed: 0"), (&[], "0", "none")]
+    {
+        let refused = check(layers, layer).unwrap_err();
+        assert_eq!(refused[0].pointer, "layer");
+        assert!(refused[0].detail.contains(allowed), "{}", refused[0].detail);
+    }
 }
 
 #[test]
@@ -206,6 +270,9 @@ fn wrong_query_values_are_refused_by_name() {
         ("tolerance", "1.1"),
         ("method", "magic"),
         ("depth", "8"),
+        ("layer", "4"),
+        ("layer", "-1"),
+        ("layer", "0.0"),
         ("unknown", "1"),
         ("scale", "0"),
     ] {

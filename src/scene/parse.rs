@@ -9,6 +9,8 @@ type Resolve<'a> = &'a mut dyn FnMut(&str) -> Result<String, String>;
 
 /// Most points of a phase function's table: as many as the steps of a fine table over 180 degrees.
 const MAX_PHASE_POINTS: usize = 4096;
+/// Base of a layer that gives none, metres.
+const BASE_M: f64 = 1000.0;
 
 pub(super) fn scene(text: &[u8], resolve: Resolve<'_>) -> Result<Scene, SceneError> {
     if text.len() > Scene::MAX_BYTES {
@@ -131,11 +133,38 @@ fn layers(reader: &mut Reader, root: &Object<'_>, resolve: Resolve<'_>) -> Optio
         reader.wrong("/layers", "a list of layers is expected, bottom to top");
         return None;
     };
-    if list.len() > 1 {
-        reader.wrong("/layers", format!("{} layers; this version computes at most 1", list.len()));
+    if list.len() > Scene::MAX_LAYERS {
+        reader.wrong("/layers", format!("{} layers; 0 to {} are allowed", list.len(), Scene::MAX_LAYERS));
         return None;
     }
-    list.iter().enumerate().map(|(i, value)| layer(reader, value, &format!("/layers/{i}"), resolve)).collect()
+    let mut layers = Vec::with_capacity(list.len());
+    for (i, value) in list.iter().enumerate() {
+        let pointer = format!("/layers/{i}");
+        // Every layer is read, so that all errors are told, whatever is wrong with those below.
+        layers.push(layer(reader, value, &pointer, resolve));
+        let below = i.checked_sub(1).and_then(|below| base_m(&list[below]));
+        if let (Some(below), Some(base)) = (below, base_m(value))
+            && base <= below
+        {
+            let (base, below, under) = (base.get(), below.get(), i - 1);
+            reader.wrong(
+                format!("{pointer}/base_m"),
+                format!(
+                    "{base} m is not above the base of layer {under}; layers go bottom to top, so above {below} to {} m",
+                    BaseM::RANGE.end()
+                ),
+            );
+        }
+    }
+    layers.into_iter().collect()
+}
+
+/// Height of the base that a layer's JSON gives, if it is one: to compare it with its neighbours before all is valid.
+fn base_m(layer: &Value) -> Option<BaseM> {
+    match layer.as_object()?.get("base_m") {
+        Some(value) => BaseM::try_from(value.as_f64()?).ok(),
+        None => default(BASE_M),
+    }
 }
 
 fn layer(reader: &mut Reader, value: &Value, pointer: &str, resolve: Resolve<'_>) -> Option<Layer> {
@@ -143,7 +172,7 @@ fn layer(reader: &mut Reader, value: &Value, pointer: &str, resolve: Resolve<'_>
     if layer.has("kind") {
         reader.word(&layer, "kind", &["stratiform"]);
     }
-    let base_m = reader.number_or(&layer, "base_m", default(1000.0)?);
+    let base_m = reader.number_or(&layer, "base_m", default(BASE_M)?);
     let thickness = thickness(reader, &layer, resolve);
     let droplets = droplets(reader, &layer);
     let wind = wind(reader, &layer);

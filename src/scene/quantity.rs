@@ -56,8 +56,8 @@ quantities! {
     ZenithDeg: 0.0..=180.0, "degrees";
     /// Clockwise from north.
     AzimuthDeg: -360.0..=360.0, "degrees";
-    /// Angle across the sun's disc. Only parallel light is computed by this version.
-    AngularDiameterDeg: 0.0..=0.0, "degrees";
+    /// Angle across the sun's disc; 0 is parallel light.
+    AngularDiameterDeg: 0.0..=10.0, "degrees";
     /// Irradiance of the sun on a plane that faces it, above the clouds: klx or the caller's own unit.
     SunIrradiance: 0.0..=1e6, "";
     /// Radiance of the uniform sky: kcd/m² or the caller's own unit.
