@@ -276,10 +276,10 @@ pub const QUERY_PARAMETERS: &[QueryParameter] = &[
     parameter("depth", "8 | 16 | 32", "16 (EXR), 8 (PNG), 32 (f32)", "bits a sample"),
 ];
 
-/// Longest time since a scene's start, s (32 years).
-const MAX_TIME_S: f64 = 1e9;
-
 impl Request {
+    /// Longest time since a scene's start, s (32 years).
+    pub const MAX_TIME_S: f64 = 1e9;
+
     /// The request with every default.
     pub fn new(texture: TextureKind, format: Format) -> Self {
         Self {
@@ -360,7 +360,7 @@ impl Request {
         eye: &mut Option<[f64; 3]>,
     ) -> Option<()> {
         match name {
-            "time" => self.time_s = number(value, 0.0, MAX_TIME_S)?,
+            "time" => self.time_s = number(value, 0.0, Self::MAX_TIME_S)?,
             "size" => self.size = Some(value.parse().ok().filter(|size| (1..=Scene::MAX_SIDE).contains(size))?),
             "view" => self.side = word(value, &[("below", Side::Below), ("above", Side::Above)])?,
             "direction" => {

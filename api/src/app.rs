@@ -8,7 +8,7 @@ use std::time::{Duration, SystemTime, UNIX_EPOCH};
 use axum::body::Bytes;
 use skyloom::scene::Scene;
 use skyloom::tables::{MixTables, TableLibrary};
-use tokio::sync::{Semaphore, SemaphorePermit};
+use tokio::sync::{OwnedSemaphorePermit, Semaphore, SemaphorePermit, watch};
 
 use crate::config::Config;
 use crate::images::ImageStore;
@@ -45,6 +45,8 @@ pub struct App {
     image_work: Semaphore,
     uploads: Semaphore,
     table_work: Semaphore,
+    streams: Arc<Semaphore>,
+    stopping: watch::Sender<bool>,
     draining: AtomicBool,
     started: u64,
     requests: AtomicU64,
@@ -91,6 +93,8 @@ impl App {
             image_work: Semaphore::new(IMAGE_WORK),
             uploads: Semaphore::new(UPLOADS),
             table_work: Semaphore::new(TABLE_WORK),
+            streams: Arc::new(Semaphore::new(limits.streams)),
+            stopping: watch::Sender::new(false),
             draining: AtomicBool::new(false),
             started,
             requests: AtomicU64::new(0),
@@ -120,6 +124,28 @@ impl App {
     /// Waits for leave to make tables.
     pub async fn table_work(&self) -> Result<SemaphorePermit<'_>, ApiError> {
         self.table_work.acquire().await.map_err(|error| ApiError::Internal(error.to_string()))
+    }
+
+    /// A place for a stream of events; it is given back when dropped.
+    pub fn stream(&self) -> Result<OwnedSemaphorePermit, ApiError> {
+        if *self.stopping.borrow() {
+            return Err(ApiError::NotReady("the server is stopping".to_owned()));
+        }
+        let place = Arc::clone(&self.streams).try_acquire_owned();
+        place.map_err(|_full| ApiError::TooManyStreams(self.config.limits.streams))
+    }
+
+    /// Ends what would never end by itself: streams of events. They go on until here, so that their clients come back
+    /// when this server is no longer in service.
+    pub fn stop(&self) {
+        self.drain();
+        self.stopping.send_replace(true);
+    }
+
+    /// Waits until streams are to end.
+    pub async fn stopped(&self) {
+        // An error would mean that the sender is gone, which lives in `self`.
+        let _ = self.stopping.subscribe().wait_for(|stopping| *stopping).await;
     }
 
     /// Makes readiness end; everything else goes on.

@@ -62,6 +62,8 @@ pub struct Limits {
     pub skies: usize,
     /// Bytes of all stored images together.
     pub image_store_bytes: u64,
+    /// Streams of events open at a time; each holds one of `server.connections`.
+    pub streams: usize,
 }
 
 /// `[queue]`: the queue in front of the render thread.
@@ -117,6 +119,7 @@ impl Default for Limits {
             max_side: 4096,
             skies: 10_000,
             image_store_bytes: 4 << 30,
+            streams: 256,
         }
     }
 }
@@ -184,10 +187,16 @@ impl Config {
             ("queue.depth", self.queue.depth as u64),
             ("queue.timeout_s", self.queue.timeout_s),
         ];
-        match positive.iter().find(|(_, value)| *value == 0) {
-            Some((key, _)) => Err(format!("{key} = 0: must be at least 1")),
-            None => Ok(()),
+        if let Some((key, _)) = positive.iter().find(|(_, value)| *value == 0) {
+            return Err(format!("{key} = 0: must be at least 1"));
         }
+        if self.limits.streams >= server.connections {
+            return Err(format!(
+                "limits.streams = {}: must be below server.connections = {}, or streams would keep all other requests out",
+                self.limits.streams, server.connections
+            ));
+        }
+        Ok(())
     }
 }
 
@@ -208,6 +217,16 @@ mod tests {
     fn an_unknown_key_is_refused_by_name() {
         let error = toml::from_str::<Config>("[server]\nlisen = \"127.0.0.1:1\"").unwrap_err().to_string();
         assert!(error.contains("lisen"), "{error}");
+    }
+
+    #[test]
+    fn streams_leave_connections_for_others() {
+        let mut config = Config::default();
+        config.server.connections = 200;
+        let error = config.check().unwrap_err();
+        assert!(error.contains("limits.streams = 256") && error.contains("server.connections = 200"), "{error}");
+        config.limits.streams = 0;
+        config.check().unwrap();
     }
 
     #[test]

@@ -6,6 +6,7 @@ pub mod body;
 pub mod cli;
 pub mod config;
 pub mod files;
+pub mod frames;
 pub mod images;
 pub mod presets;
 pub mod problem;

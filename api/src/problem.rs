@@ -94,6 +94,8 @@ kinds! {
     NOT_READY = "not-ready", SERVICE_UNAVAILABLE, "Not ready to render",
         "No graphics device is available at the moment; the detail says why. Everything but textures works; retry after the time in Retry-After.";
     BUSY = "busy", SERVICE_UNAVAILABLE, "Busy", "Too many renders are waiting. Retry after the time in Retry-After.";
+    STREAMS = "too-many-streams", SERVICE_UNAVAILABLE, "Too many streams",
+        "As many streams of frames are open as limits.streams allows. Retry after the time in Retry-After, or ask for the textures by time.";
     DEADLINE = "deadline", GATEWAY_TIMEOUT, "The render took too long",
         "The picture was not finished within queue.timeout_s. Ask for a smaller `size`, or retry when the server is less busy.";
     STORE_FULL = "store-full", INSUFFICIENT_STORAGE, "The store is full",
@@ -128,6 +130,8 @@ pub enum ApiError {
     NotReady(String),
     /// Queue full.
     Busy,
+    /// Streams of events all taken; how many there are.
+    TooManyStreams(usize),
     /// Render not finished in time.
     Deadline,
     /// Store full; which one.
@@ -149,6 +153,7 @@ impl ApiError {
             Self::Internal(_) => &INTERNAL,
             Self::NotReady(_) => &NOT_READY,
             Self::Busy => &BUSY,
+            Self::TooManyStreams(_) => &STREAMS,
             Self::Deadline => &DEADLINE,
             Self::StoreFull(_) => &STORE_FULL,
         }
@@ -158,6 +163,7 @@ impl ApiError {
         match self {
             Self::NotReady(_) => Some(30),
             Self::Busy => Some(2),
+            Self::TooManyStreams(_) => Some(10),
             _ => None,
         }
     }
@@ -183,6 +189,7 @@ impl ApiError {
             Self::SlowBody => SLOW_BODY.advice.to_owned(),
             Self::Internal(_) => INTERNAL.advice.to_owned(),
             Self::Busy => BUSY.advice.to_owned(),
+            Self::TooManyStreams(most) => format!("{most} streams are open, the most allowed"),
             Self::Deadline => DEADLINE.advice.to_owned(),
         };
         (detail, Vec::new())

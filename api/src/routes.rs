@@ -21,7 +21,7 @@ use crate::images::MEDIA_TYPES;
 use crate::problem::{self, ApiError, KINDS, field_problems};
 use crate::render_queue::State as RenderState;
 
-use crate::{body, presets, textures, viewer};
+use crate::{body, frames, presets, textures, viewer};
 
 const REQUEST_ID: HeaderName = HeaderName::from_static("x-request-id");
 
@@ -31,6 +31,7 @@ pub fn router(app: Arc<App>) -> Router {
         .route("/v1/skies", post(register_sky))
         .route("/v1/skies/{id}", get(show_sky).delete(remove_sky))
         .route("/v1/skies/{id}/plan", get(textures::plan))
+        .route("/v1/skies/{id}/frames", get(frames::get))
         .route("/v1/skies/{id}/{file}", get(textures::get))
         .route("/v1/images", post(store_image))
         .route("/v1/presets", get(list_presets))
@@ -120,6 +121,7 @@ fn describe(id: &str, scene: &Scene) -> Value {
             "irradiance": format!("{own}/irradiance.exr"),
             "thickness": format!("{own}/thickness.exr"),
             "plan": format!("{own}/plan"),
+            "frames": format!("{own}/frames"),
         },
         "notes": field_problems(scene.notes()),
         "scene": scene.to_json(),

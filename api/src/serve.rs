@@ -101,7 +101,7 @@ async fn accept(app: &Arc<App>, listener: TcpListener, stop: &mut StopSignals) -
         () = take => {}
         () = stopped => {}
     }
-    app.drain();
+    app.stop();
     tracing::info!("stopping: running requests are finished, new connections refused");
     graceful
 }

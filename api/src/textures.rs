@@ -47,9 +47,7 @@ pub async fn get(
         return Err(ApiError::UnknownTexture(format!("{file:?} names no texture: it is {{texture}}.{{format}}")));
     };
     let request = Request::parse(texture, format, &query)?;
-    request.check(&scene).map_err(|errors| ApiError::InvalidQuery(field_problems(errors)))?;
-    check_side(&scene, &request, app.config.limits.max_side)?;
-    refuse_reference(&request)?;
+    check(&scene, &request, app.config.limits.max_side)?;
 
     // Without an adapter there is no tag; one that is just being prepared is worth waiting for.
     if app.queue.adapter().is_none() {
@@ -68,18 +66,24 @@ pub async fn get(
     respond(&reply, &tag, server_timing(&reply.timings))
 }
 
-fn wrong(parameter: &str, detail: String) -> ApiError {
-    ApiError::InvalidQuery(vec![FieldProblem { pointer: parameter.to_owned(), detail }])
+fn check(scene: &Scene, request: &Request, max_side: u32) -> Result<(), ApiError> {
+    let problems = problems(scene, request, max_side);
+    if problems.is_empty() { Ok(()) } else { Err(ApiError::InvalidQuery(problems)) }
 }
 
-/// Monte Carlo takes minutes, and the one render thread with it.
-fn refuse_reference(request: &Request) -> Result<(), ApiError> {
-    match request.method {
-        Some(Method::Reference) => {
-            Err(wrong("method", "\"reference\" is for the command line: skyloom render --method reference".to_owned()))
-        }
-        _ => Ok(()),
+/// What the scene and this server have against a request: a layer that the scene lacks, a side beyond the operator's
+/// limit, which may be tighter than the renderer's, and a method that takes minutes, and the one render thread with it.
+pub fn problems(scene: &Scene, request: &Request, max_side: u32) -> Vec<FieldProblem> {
+    let mut problems = request.check(scene).map_or_else(field_problems, |()| Vec::new());
+    let mut wrong = |name: &str, detail| problems.push(FieldProblem { pointer: name.to_owned(), detail });
+    let side = request.size.unwrap_or(scene.resolution());
+    if side > max_side {
+        wrong("size", format!("{side} texels a side; this server allows 1 to {max_side}"));
     }
+    if request.method == Some(Method::Reference) {
+        wrong("method", "\"reference\" is for the command line: skyloom render --method reference".to_owned());
+    }
+    problems
 }
 
 /// Answers what a request for a texture would do: the query is that of the texture, and `texture` names it (`cloud` if
@@ -93,12 +97,12 @@ pub async fn plan(
     let named = query.iter().position(|(name, _)| name == "texture");
     let texture = named.map_or_else(|| "cloud".to_owned(), |at| query.remove(at).1);
     let request = Request::parse(&texture, "exr", &query).map_err(|error| match error {
-        RequestError::UnknownTexture(_) => wrong("texture", error.to_string()),
+        RequestError::UnknownTexture(_) => {
+            ApiError::InvalidQuery(vec![FieldProblem { pointer: "texture".to_owned(), detail: error.to_string() }])
+        }
         other => other.into(),
     })?;
-    refuse_reference(&request)?;
-    check_side(&scene, &request, app.config.limits.max_side)?;
-    request.check(&scene).map_err(|errors| ApiError::InvalidQuery(field_problems(errors)))?;
+    check(&scene, &request, app.config.limits.max_side)?;
     let choices = Plan::new(&request).explain(&scene, &request);
     let stage = |choice: &Choice| json!({ "stage": choice.stage, "choice": choice.choice, "reason": choice.reason, "error": choice.error });
     let answer = json!({
@@ -108,16 +112,6 @@ pub async fn plan(
         "stages": choices.iter().map(stage).collect::<Vec<_>>(),
     });
     Ok(([(header::CACHE_CONTROL, "no-cache")], Json(answer)).into_response())
-}
-
-/// The operator's limit on the side, which may be tighter than the renderer's.
-fn check_side(scene: &Scene, request: &Request, max_side: u32) -> Result<(), ApiError> {
-    let side = request.size.unwrap_or(scene.resolution());
-    if side > max_side {
-        let detail = format!("{side} texels a side; this server allows 1 to {max_side}");
-        return Err(ApiError::InvalidQuery(vec![FieldProblem { pointer: "size".to_owned(), detail }]));
-    }
-    Ok(())
 }
 
 async fn shared_run(app: &Arc<App>, scene: &Arc<Scene>, request: &Request, tag: &str) -> Result<Arc<Reply>, ApiError> {

@@ -3,12 +3,14 @@
 
 const TEXTURES = ["cloud", "shadow", "irradiance"];
 const PAUSE_MS = 180;
+const EVERY_S = 2; // between the frames of a playing sky
 const $ = (id) => document.getElementById(id);
 const wait = (ms) => new Promise((done) => setTimeout(done, ms));
 
 let presets = [];
 let running = new AbortController();
 let timer = 0;
+let playing = false;
 let passing = null; // a sky this page registered and left before its pictures were shown: nobody else can know it
 
 class Refused extends Error {
@@ -47,8 +49,11 @@ function queryOf(name, { time, size, view }) {
 function showValues() {
   $("zenith-value").value = `${$("zenith").value}°`;
   $("azimuth-value").value = `${$("azimuth").value}°`;
-  const time = Number($("time").value);
-  $("time-value").value = `${Math.floor(time / 60)} min ${String(time % 60).padStart(2, "0")} s`;
+  showTime(Number($("time").value));
+}
+
+function showTime(time) {
+  $("time-value").value = `${Math.floor(time / 60)} min ${String(Math.floor(time % 60)).padStart(2, "0")} s`;
 }
 
 function showCurl(id, now) {
@@ -75,12 +80,10 @@ async function watchTables(id, signal) {
   }
 }
 
-async function picture(name, id, now, signal) {
+async function picture(name, address, signal) {
   const figure = $(name);
   figure.classList.add("waiting");
-  const address = `/v1/skies/${id}/${name}`;
-  const query = queryOf(name, now);
-  const reply = await ask(`${address}.png?${query}`, { signal });
+  const reply = await ask(address, { signal });
   const image = figure.querySelector("img");
   const url = URL.createObjectURL(await reply.blob());
   if (signal.aborted) return URL.revokeObjectURL(url);
@@ -89,9 +92,54 @@ async function picture(name, id, now, signal) {
   await image.decode();
   image.hidden = false;
   if (before) URL.revokeObjectURL(before);
-  figure.querySelector("a").href = `${address}.exr?${query}`;
+  figure.querySelector("a").href = address.replace(".png?", ".exr?");
   figure.querySelector("i").textContent = (reply.headers.get("server-timing") || "").replaceAll(";dur=", " ").replace(";desc=", " ");
   figure.classList.remove("waiting");
+}
+
+// Follows the server's clock from the slider's time on, until the signal ends it. A frame that comes while the one before
+// is still being drawn is left out.
+function play(id, now, clock, signal) {
+  const query = new URLSearchParams({ every: EVERY_S, size: now.size, view: now.view, start: (clock - now.time).toFixed(3) });
+  query.set("textures", TEXTURES.map((name) => `${name}.png`).join());
+  const source = new EventSource(`/v1/skies/${id}/frames?${query}`);
+  signal.addEventListener("abort", () => source.close());
+  let drawing = false;
+  source.addEventListener("frame", async ({ data }) => {
+    if (drawing || signal.aborted) return;
+    drawing = true;
+    try {
+      const { time, at, textures } = JSON.parse(data);
+      await Promise.all(TEXTURES.map((name) => picture(name, textures[`${name}.png`], signal)));
+      if (signal.aborted) return;
+      passing = null;
+      $("time").value = time;
+      showTime(time);
+      showCurl(id, { ...now, time });
+      showProblem(null);
+      $("state").textContent = `Playing: the sky of ${new Date(at).toLocaleTimeString()}, every ${EVERY_S} s`;
+    } catch (error) {
+      if (!signal.aborted) failed(error);
+    } finally {
+      drawing = false;
+    }
+  });
+  // The browser connects again by itself after a break; it gives up where the server refuses, without telling why.
+  source.addEventListener("error", () => {
+    if (source.readyState !== EventSource.CLOSED || signal.aborted) return;
+    setPlaying(false);
+    failed(new Refused({ title: "The stream of frames ended", detail: "It was refused; too many may be open." }));
+  });
+}
+
+function setPlaying(on) {
+  playing = on;
+  $("play").textContent = on ? "Pause" : "Play";
+}
+
+function failed(error) {
+  $("state").textContent = "This did not work:";
+  showProblem(error instanceof Refused ? error.problem : { title: "The server does not answer", detail: String(error) });
 }
 
 async function update() {
@@ -107,10 +155,17 @@ async function update() {
     const { id } = await reply.json();
     if (passing && passing !== id) fetch(`/v1/skies/${passing}`, { method: "DELETE" }).catch(() => {});
     passing = reply.status === 201 || passing === id ? id : null;
+    if (playing) {
+      // The server's clock, as the browser's may be wrong.
+      const clock = Date.parse(reply.headers.get("date")) / 1000;
+      play(id, now, clock, signal);
+      return;
+    }
     const done = new AbortController();
     watchTables(id, AbortSignal.any([signal, done.signal])).catch(() => {});
     try {
-      await Promise.all(TEXTURES.map((name) => picture(name, id, now, signal)));
+      const address = (name) => `/v1/skies/${id}/${name}.png?${queryOf(name, now)}`;
+      await Promise.all(TEXTURES.map((name) => picture(name, address(name), signal)));
     } finally {
       done.abort();
     }
@@ -121,8 +176,8 @@ async function update() {
     $("state").textContent = `Three textures of ${now.size} × ${now.size} in ${Math.round(performance.now() - start)} ms`;
   } catch (error) {
     if (signal.aborted) return;
-    $("state").textContent = "This did not work:";
-    showProblem(error instanceof Refused ? error.problem : { title: "The server does not answer", detail: String(error) });
+    setPlaying(false);
+    failed(error);
   }
 }
 
@@ -144,6 +199,10 @@ function choose() {
 async function start() {
   $("controls").addEventListener("submit", (event) => event.preventDefault());
   $("controls").addEventListener("input", (event) => (event.target === $("preset") ? choose() : changed()));
+  $("play").addEventListener("click", () => {
+    setPlaying(!playing);
+    changed();
+  });
   $("copy").addEventListener("click", async () => {
     await navigator.clipboard.writeText($("curl").textContent);
     $("copy").textContent = "Copied";

@@ -4,6 +4,7 @@
 
 mod bad_input;
 mod command_line;
+mod frames;
 mod harness;
 mod images;
 mod lifecycle;

@@ -1,6 +1,6 @@
 //! Starts the server as its users do and talks to it with a plain client.
 
-use std::io::{BufRead as _, BufReader};
+use std::io::{BufRead as _, BufReader, Lines, Read};
 use std::path::Path;
 use std::process::{Child, Command, Stdio};
 use std::sync::{Arc, Mutex, Weak};
@@ -81,6 +81,30 @@ impl Answer {
     }
 }
 
+/// An open stream of events; dropping it closes its connection.
+pub(crate) struct Events {
+    lines: Lines<BufReader<Box<dyn Read>>>,
+}
+
+impl Events {
+    /// Data of the next event, or none when the stream has ended.
+    pub(crate) fn next(&mut self) -> Option<Value> {
+        let (mut name, mut data) = (String::new(), None);
+        loop {
+            let line = self.lines.next()?.ok()?;
+            match line.split_once(": ") {
+                Some(("event", text)) => text.clone_into(&mut name),
+                Some(("data", text)) => data = Some(serde_json::from_str(text).unwrap()),
+                _ => {}
+            }
+            if line.is_empty() && data.is_some() {
+                assert_eq!(name, "frame");
+                return data;
+            }
+        }
+    }
+}
+
 /// A running server; killed when dropped.
 pub(crate) struct Server {
     child: Child,
@@ -129,6 +153,15 @@ impl Server {
 
     pub(crate) fn get(&self, path: &str) -> Answer {
         self.ask("GET", path, &[], b"")
+    }
+
+    /// Opens a stream of server-sent events.
+    pub(crate) fn listen(&self, path: &str) -> Events {
+        let response = self.agent.get(format!("{}{path}", self.address)).call().unwrap();
+        assert_eq!(response.status(), 200, "{path}");
+        assert_eq!(response.headers()["content-type"], "text/event-stream");
+        let body: Box<dyn Read> = Box::new(response.into_body().into_reader());
+        Events { lines: BufReader::new(body).lines() }
     }
 
     pub(crate) fn post_scene(&self, scene: &[u8]) -> Answer {

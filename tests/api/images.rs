@@ -2,15 +2,17 @@
 
 use std::io::Cursor;
 
-use serde_json::json;
+use exr::prelude::{AnyChannel, AnyChannels, FlatSamples, Vec2, WritableImage as _, f16};
+use image::{ImageBuffer, ImageFormat, Luma};
+use serde_json::{Value, json};
 
-use crate::harness::{common, scene};
+use crate::harness::{Common, common, scene};
 
 /// A grey ramp of `side` x `side` texels.
 pub(crate) fn ramp(side: u32) -> Vec<u8> {
     let mut bytes = Cursor::new(Vec::new());
-    let picture = image::GrayImage::from_fn(side, side, |x, y| image::Luma([(7 * x + 13 * y) as u8]));
-    picture.write_to(&mut bytes, image::ImageFormat::Png).unwrap();
+    let picture = image::GrayImage::from_fn(side, side, |x, y| Luma([(7 * x + 13 * y) as u8]));
+    picture.write_to(&mut bytes, ImageFormat::Png).unwrap();
     bytes.into_inner()
 }
 
@@ -98,4 +100,100 @@ fn a_scene_with_an_uploaded_image_is_rendered() {
     let answer = common.server.get(&format!("{sky}/thickness.f32?size=16"));
     assert_eq!(answer.status, 200, "{}", answer.text());
     assert_eq!(answer.header("x-skyloom-shape"), "16,16,1");
+}
+
+/// Samples of a map from 0 to 1: nothing in some places, and no two neighbours alike.
+fn samples(side: u32) -> Vec<f32> {
+    let sample = |i: u32| {
+        let (x, y) = (f64::from(i % side) / f64::from(side), f64::from(i / side) / f64::from(side));
+        let wave = (std::f64::consts::TAU * 3.0 * x).sin() * (std::f64::consts::TAU * (2.0 * y + x)).cos();
+        (0.4 + 0.6 * wave).max(0.0) as f32
+    };
+    (0..side * side).map(sample).collect()
+}
+
+fn png<P>(side: u32, samples: Vec<P::Subpixel>) -> Vec<u8>
+where
+    P: image::Pixel + image::PixelWithColorType,
+    [P::Subpixel]: image::EncodableLayout,
+{
+    let mut bytes = Cursor::new(Vec::new());
+    let picture = ImageBuffer::<P, _>::from_raw(side, side, samples).unwrap();
+    picture.write_to(&mut bytes, ImageFormat::Png).unwrap();
+    bytes.into_inner()
+}
+
+fn exr(side: u32, samples: FlatSamples) -> Vec<u8> {
+    let mut bytes = Cursor::new(Vec::new());
+    let channels = AnyChannels::sort([AnyChannel::new("R", samples)].into_iter().collect());
+    let size = Vec2(side as usize, side as usize);
+    exr::prelude::Image::from_channels(size, channels).write().to_buffered(&mut bytes).unwrap();
+    bytes.into_inner()
+}
+
+/// The samples in each kind of file, with those that the file can hold.
+fn files(side: u32) -> [(&'static str, &'static str, Vec<u8>, Vec<f32>); 4] {
+    let samples = samples(side);
+    let bytes: Vec<u8> = samples.iter().map(|sample| (sample * 255.0).round() as u8).collect();
+    let words: Vec<u16> = samples.iter().map(|sample| (sample * 65535.0).round() as u16).collect();
+    let halves: Vec<f16> = samples.iter().map(|sample| f16::from_f32(*sample)).collect();
+    let held_bytes = bytes.iter().map(|byte| f32::from(*byte) / 255.0).collect();
+    let held_words = words.iter().map(|word| f32::from(*word) / 65535.0).collect();
+    let held_halves = halves.iter().map(|half| half.to_f32()).collect();
+    [
+        ("PNG of 8 bits", "image/png", png::<Luma<u8>>(side, bytes), held_bytes),
+        ("PNG of 16 bits", "image/png", png::<Luma<u16>>(side, words), held_words),
+        ("EXR of halves", "image/x-exr", exr(side, FlatSamples::F16(halves)), held_halves),
+        ("EXR of floats", "image/x-exr", exr(side, FlatSamples::F32(samples.clone())), samples),
+    ]
+}
+
+/// Thickness of a scene that takes it from an image, at the image's own size.
+fn thickness(common: &Common, image: &Value, side: u32, wind: &Value, time: f64) -> Vec<f32> {
+    let mut mapped = scene();
+    mapped["layers"][0]["thickness"] = json!({ "kind": "image", "image": image, "scale_m": 500 });
+    mapped["layers"][0]["wind"] = wind.clone();
+    let sky = common.server.sky(&mapped);
+    let answer = common.server.get(&format!("{sky}/thickness.f32?size={side}&time={time}"));
+    assert_eq!(answer.status, 200, "{}", answer.text());
+    answer.body.as_chunks::<4>().0.iter().map(|bytes| f32::from_le_bytes(*bytes)).collect()
+}
+
+#[test]
+fn a_thickness_image_gives_its_samples_times_the_scale_from_every_kind_of_file() {
+    let common = common();
+    let side = 64;
+    for (kind, media_type, file, held) in files(side) {
+        let stored = common.server.post_image(media_type, &file);
+        assert!([200, 201].contains(&stored.status), "{kind}: {}", stored.text());
+        let found = thickness(&common, &stored.json()["sha256"], side, &json!({}), 0.0);
+        assert_eq!(found.len(), held.len());
+        // The file's own rounding is in `held`: what is left is that of a float.
+        for (i, (found, held)) in found.iter().zip(&held).enumerate() {
+            let wanted = 500.0 * held;
+            assert!((found - wanted).abs() <= 1e-5 * wanted, "{kind}, texel {i}: {found}, not {wanted}");
+        }
+    }
+}
+
+#[test]
+fn eddies_move_a_thickness_image_from_every_kind_of_file_and_keep_its_distribution() {
+    let common = common();
+    let side = 64;
+    // Part that has cloud, and mean of that part.
+    let numbers = |metres: &[f32]| {
+        let cloudy: Vec<f64> = metres.iter().filter(|metres| **metres > 1.0).map(|metres| f64::from(*metres)).collect();
+        (cloudy.len() as f64 / metres.len() as f64, cloudy.iter().sum::<f64>() / cloudy.len() as f64)
+    };
+    for (kind, media_type, file, held) in files(side) {
+        let image = common.server.post_image(media_type, &file).json()["sha256"].clone();
+        let own: Vec<f32> = held.iter().map(|sample| 500.0 * sample).collect();
+        let moved = thickness(&common, &image, side, &json!({ "turbulence_m_s": 2 }), 200.0);
+        let ((cover, mean), (found_cover, found_mean)) = (numbers(&own), numbers(&moved));
+        assert!((found_cover / cover - 1.0).abs() < 0.03, "{kind}: cover {found_cover}, not {cover}");
+        assert!((found_mean / mean - 1.0).abs() < 0.03, "{kind}: mean {found_mean}, not {mean}");
+        let mean_change = own.iter().zip(&moved).map(|(a, b)| f64::from((a - b).abs())).sum::<f64>() / own.len() as f64;
+        assert!(mean_change > 5.0, "{kind}: nothing moved");
+        assert!(moved.contains(&0.0), "{kind}: gaps stay clear");
+    }
 }

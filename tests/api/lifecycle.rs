@@ -17,6 +17,7 @@ fn a_scene_is_registered_once_and_described_in_full() {
     assert_eq!(first.header("location"), answer["links"]["self"]);
     assert_eq!(answer["scene"]["sun"]["zenith_deg"].as_f64(), Some(41.0));
     assert!(answer["notes"].is_array());
+    assert_eq!(answer["links"]["frames"], format!("{}/frames", first.header("location")));
     assert_eq!(common.server.post_scene(text.as_bytes()).status, 200);
     let shown = common.server.get(first.header("location")).json();
     assert_eq!(shown["scene"], answer["scene"]);
