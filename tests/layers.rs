@@ -57,10 +57,14 @@ fn empty_layers_change_nothing() {
     ] {
         for (texture, query) in TEXTURES {
             // An empty layer below moves the plane that texels lie in: the same light is then at another place.
-            if texture == "cloud" && stack[0]["base_m"] != cloud["base_m"] && query.first() != Some(&("view", "above")) {
+            if texture == "cloud" && stack[0]["base_m"] != cloud["base_m"] && query.first() != Some(&("view", "above"))
+            {
                 continue;
             }
-            if texture == "cloud" && stack.last().unwrap()["base_m"] == json!(4000.0) && query.first() == Some(&("view", "above")) {
+            if texture == "cloud"
+                && stack.last().unwrap()["base_m"] == json!(4000.0)
+                && query.first() == Some(&("view", "above"))
+            {
                 continue;
             }
             let found = sky.render(&scene(&stack, 90.0, 4.0, 0.4), texture, query).data;
@@ -68,7 +72,10 @@ fn empty_layers_change_nothing() {
             for (a, b) in found.iter().zip(&expected) {
                 // Light is gathered from another height's grid where the lowest base is another one: its interpolation.
                 let tolerance = if stack[0]["base_m"] == cloud["base_m"] { F32 } else { 0.02 };
-                assert!(f64::from((a - b).abs()) <= tolerance * f64::from(b.abs()) + 1e-4, "{texture} {query:?}: {a} not {b}");
+                assert!(
+                    f64::from((a - b).abs()) <= tolerance * f64::from(b.abs()) + 1e-4,
+                    "{texture} {query:?}: {a} not {b}"
+                );
             }
         }
     }
@@ -82,7 +89,8 @@ fn layers_multiply_what_they_leave() {
     let both = scene(&[low.clone(), high.clone()], 90.0, 4.0, 0.4);
     let alpha = |data: &[f32]| f64::from(data[3]);
     let together = alpha(&sky.render(&both, "cloud", &[("direction", "30,0")]).data);
-    let parts = ["0", "1"].map(|layer| alpha(&sky.render(&both, "cloud", &[("direction", "30,0"), ("layer", layer)]).data));
+    let parts =
+        ["0", "1"].map(|layer| alpha(&sky.render(&both, "cloud", &[("direction", "30,0"), ("layer", layer)]).data));
     assert!((together - (1.0 - (1.0 - parts[0]) * (1.0 - parts[1]))).abs() < F32, "{together} {parts:?}");
     for peak in ["true", "false"] {
         let mut shadow = |layers: &[Value]| {
