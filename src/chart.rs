@@ -1,11 +1,13 @@
-//! Charts of how exact and how fast each method of slab light, and of moving fields, is, as pictures (SVG) and tables (CSV).
+//! Charts of how exact and how fast each method of slab light, of moving fields and of exchanged light is, as pictures (SVG)
+//! and tables (CSV).
 //!
 //! `truth` solves slabs exactly, `medium` has each method in double precision, `errors` and `cost` measure; `slab`, `fluxes`,
-//! `radiance`, `modified`, `validity` and `field` are one chart each; `figure` draws.
+//! `radiance`, `modified`, `validity`, `field` and `exchange` are one chart each; `figure` draws.
 
 mod cost;
 mod csv;
 mod errors;
+mod exchange;
 mod field;
 mod figure;
 mod fluxes;
@@ -49,6 +51,11 @@ pub const CHARTS: &[Chart] = &[
         make: modified::make,
     },
     Chart { name: "field", about: "ways to move a field: cost against what they leave of it", make: field::make },
+    Chart {
+        name: "exchange",
+        about: "light between ground and cloud: kernels, solvers and grids",
+        make: exchange::make,
+    },
     Chart { name: "slab-validity", about: "where each method holds its accuracy", make: validity::make },
 ];
 

@@ -71,7 +71,9 @@ pub enum Kernel {
     Fourier,
 }
 
-/// How the exchange is solved. Each stops when a pass changes less than the tolerance.
+/// How the exchange is solved. Each stops when a pass changes less than the tolerance. What conjugate gradients then leave
+/// is below the tolerance (root of the mean square; single texels up to three times it); passes may leave several times it,
+/// as each of them changes little less than the one before.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Solver {
     /// At most so many times ground - cloud - ground, from light that has met the ground not yet.
@@ -79,7 +81,7 @@ pub enum Solver {
     /// The same from even light, all light multiplied after each pass so that as much leaves as enters.
     BalancedPasses(u32),
     /// Conjugate gradients. Energy balances after any number of passes. Meant for [`Kernel::Fourier`]: the rings are not
-    /// symmetric, so that with them it does not settle below some 0.1 % (chart "exchange").
+    /// symmetric, so that with them it ends up to 1 % of the mean away from where passes settle (chart "exchange").
     ConjugateGradients {
         /// At most so many steps, each as dear as a pass ground - cloud - ground; the start and the end take one more each.
         passes: u32,
@@ -162,11 +164,11 @@ impl Carrier {
     }
 
     /// What of the ground's exitance `field` does not come back to the ground: `(1 - K R K) field`. Written so that it is
-    /// exact where next to nothing gets lost.
-    fn lose(&self, field: &mut [Pair], not_reflected: &[Pair]) {
+    /// exact where next to nothing gets lost. `spare`: maps to work in.
+    fn lose(&self, field: &mut [Pair], not_reflected: &[Pair], spare: &mut [Vec<Pair>; 2]) {
         match self {
             Self::Rings(rings) => rings.lose(field, not_reflected),
-            Self::Fourier(fourier) => fourier.lose(field, not_reflected),
+            Self::Fourier(fourier) => fourier.lose(field, not_reflected, spare),
         }
     }
 }

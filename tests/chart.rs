@@ -50,6 +50,7 @@ fn tables_have_their_columns() {
         "side,phase_function,view_deg,order_1,orders_1_to_2,orders_1_to_3,orders_1_to_4,orders_1_to_5,all,all_error"
     );
     assert_eq!(columns("slab-validity.csv"), "method,map,side,x_from,x_to,y_from,y_to,rms_error");
+    assert_eq!(columns("exchange.csv"), "case,kernel,solver,texels_per_height,passes,rms_percent,max_percent,ms");
     for chart in CHARTS {
         let table = committed(&format!("{}.csv", chart.name));
         assert!(table.len() > 10 && table.iter().all(|row| row.len() == table[0].len()), "{}", chart.name);

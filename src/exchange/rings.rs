@@ -3,49 +3,55 @@
 use super::pair::{Pair, both, times};
 use rayon::prelude::*;
 
-/// A square of a kernel.
-struct Ring {
+/// Samples of one mip level: what lies where is the same along both axes.
+struct Samples {
+    level: usize,
     weight: f64,
-    /// Mip level, blended between whole ones.
-    level: f64,
-    /// Distance of the samples from the middle along each axis, texels of level 0.
-    away: f64,
+    /// For each texel of level 0 the texels of the level along an axis, and their weights; their sum is 1.
+    axis: Vec<Vec<(usize, f64)>>,
 }
 
 /// A kernel of squares on a grid.
 pub(super) struct Rings {
     side: usize,
-    rings: Vec<Ring>,
+    samples: Vec<Samples>,
 }
 
 impl Rings {
     /// Squares of sides h, 2h, 8h, one sample each. The paper's weights are the form factors of discs of these radii,
     /// 0.5, 0.3 and 0.18, less what the bilinear filter spreads outwards.
     pub(super) fn paper(side: usize, height_texels: f64) -> Self {
-        let ring = |(weight, side)| Ring { weight, level: level(height_texels * side), away: 0.0 };
-        Self { side, rings: [(0.4, 1.0), (0.386_67, 2.0), (0.213_33, 8.0)].map(ring).into() }
+        let ring = |(weight, width): (f64, f64)| squares(side, weight, height_texels * width, 0.0);
+        Self { side, samples: [(0.4, 1.0), (0.386_67, 2.0), (0.213_33, 8.0)].into_iter().flat_map(ring).collect() }
     }
 
     /// Squares of sides h, 2h, 4h, 8h, of four samples each on the level with texels half as wide. Weights: least squares
     /// against the exact kernel.
     pub(super) fn four_taps(side: usize, height_texels: f64) -> Self {
-        let ring = |(weight, side)| Ring {
-            weight,
-            level: level(0.5 * height_texels * side),
-            away: 0.25 * height_texels * side,
+        let ring = |(weight, width): (f64, f64)| {
+            let width = height_texels * width;
+            squares(side, weight, 0.5 * width, 0.25 * width)
         };
-        Self { side, rings: [(0.189, 1.0), (0.429, 2.0), (0.255, 4.0), (0.127, 8.0)].map(ring).into() }
+        let rings = [(0.189, 1.0), (0.429, 2.0), (0.255, 4.0), (0.127, 8.0)];
+        Self { side, samples: rings.into_iter().flat_map(ring).collect() }
     }
 
     /// `K field`.
     pub(super) fn gather(&self, field: &mut [Pair]) {
         let levels = self.levels(field);
         let side = self.side;
-        field.par_chunks_mut(side).enumerate().for_each(|(y, row)| {
-            for (x, texel) in row.iter_mut().enumerate() {
-                *texel = self.rings.iter().map(|ring| ring.weight * self.ring(&levels, ring, x, y)).sum();
-            }
-        });
+        field.fill(Pair::default());
+        for Samples { level, weight, axis } in &self.samples {
+            let rows = levels[*level].par_chunks(side >> level);
+            let along = |row: &[Pair], taps: &[(usize, f64)]| taps.iter().map(|(i, part)| row[*i] * part).sum::<Pair>();
+            let across: Vec<Pair> = rows.flat_map_iter(|row| axis.iter().map(move |taps| along(row, taps))).collect();
+            field.par_chunks_mut(side).zip(axis).for_each(|(row, taps)| {
+                for (i, part) in taps {
+                    let from = &across[i * side..][..side];
+                    row.iter_mut().zip(from).for_each(|(light, from)| *light += from * (weight * part));
+                }
+            });
+        }
     }
 
     /// `(1 - K R K) field`.
@@ -73,37 +79,30 @@ impl Rings {
         }
         levels
     }
-
-    fn ring(&self, levels: &[Vec<Pair>], ring: &Ring, x: usize, y: usize) -> Pair {
-        let low = (ring.level as usize).min(levels.len() - 1);
-        let high = (low + 1).min(levels.len() - 1);
-        let part = ring.level.fract();
-        let on = |level: usize| {
-            if ring.away == 0.0 {
-                return self.sample(levels, level, x as f64, y as f64);
-            }
-            let tap = |i: f64, j: f64| self.sample(levels, level, x as f64 + i * ring.away, y as f64 + j * ring.away);
-            0.25 * (tap(1.0, 1.0) + tap(-1.0, 1.0) + tap(1.0, -1.0) + tap(-1.0, -1.0))
-        };
-        if part == 0.0 { on(low) } else { on(low) * (1.0 - part) + on(high) * part }
-    }
-
-    /// Bilinear sample of a level at a place in texels of level 0, counted from the middle of the first.
-    fn sample(&self, levels: &[Vec<Pair>], level: usize, x: f64, y: f64) -> Pair {
-        let map = &levels[level];
-        let side = self.side >> level;
-        let axis = |place: f64| {
-            let place = (place + 0.5) / (1_u64 << level) as f64 - 0.5;
-            let low = (place.floor() as i64).rem_euclid(side as i64) as usize;
-            (low, (low + 1) % side, place - place.floor())
-        };
-        let ((left, right, fx), (top, bottom, fy)) = (axis(x), axis(y));
-        let row = |y: usize| map[y * side + left] * (1.0 - fx) + map[y * side + right] * fx;
-        row(top) * (1.0 - fy) + row(bottom) * fy
-    }
 }
 
-/// The mip level whose texels are so many texels of level 0 wide.
-fn level(texels: f64) -> f64 {
-    texels.max(1.0).log2()
+/// Samples of squares of texels `width` wide, `away` from the middle along each axis; widths and distances in texels of
+/// level 0. Widths between those of two levels take both.
+fn squares(side: usize, weight: f64, width: f64, away: f64) -> Vec<Samples> {
+    let level = width.max(1.0).log2();
+    let top = side.ilog2() as usize;
+    let low = (level as usize).min(top);
+    [(low, 1.0 - level.fract()), ((low + 1).min(top), level.fract())]
+        .into_iter()
+        .filter(|(_, part)| *part > 0.0)
+        .map(|(level, part)| {
+            let taps =
+                |x: usize| [-away, away].into_iter().flat_map(|away| linear(x as f64 + away, side, level)).collect();
+            Samples { level, weight: weight * part, axis: (0..side).map(taps).collect() }
+        })
+        .collect()
+}
+
+/// Half of a linear sample at a place in texels of level 0, counted from the middle of the first.
+fn linear(place: f64, side: usize, level: usize) -> [(usize, f64); 2] {
+    let count = side >> level;
+    let place = (place + 0.5) / (1_u64 << level) as f64 - 0.5;
+    let low = (place.floor() as i64).rem_euclid(count as i64) as usize;
+    let part = place - place.floor();
+    [(low, 0.5 * (1.0 - part)), ((low + 1) % count, 0.5 * part)]
 }

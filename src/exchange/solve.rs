@@ -108,13 +108,23 @@ fn by_passes(carrier: &Carrier, inputs: &Inputs, passes: u32, tolerance: f64, ba
     Found { upwelling, passes, change }
 }
 
-/// `A x`, as `(1 - a) x + s (1 - K R K) s x`: sums of what is lost, no differences.
-fn lost(carrier: &Carrier, inputs: &Inputs, root: &[Pair], x: &[Pair]) -> Vec<Pair> {
-    let mut field: Vec<Pair> = x.iter().zip(root).map(|(x, root)| times(*x, *root)).collect();
-    carrier.lose(&mut field, &inputs.not_reflected);
-    let texels = field.iter_mut().zip(root).zip(x.iter().zip(&inputs.albedo));
-    texels.for_each(|((field, root), (x, albedo))| *field = times(*field, *root) + times(both(1.0) - albedo, *x));
-    field
+/// `A` of the symmetric form, with maps to work in.
+struct System<'a> {
+    carrier: &'a Carrier,
+    inputs: &'a Inputs,
+    root: &'a [Pair],
+    spare: [Vec<Pair>; 2],
+}
+
+impl System<'_> {
+    /// `A x` into `lost`, as `(1 - a) x + s (1 - K R K) s x`: sums of what is lost, no differences.
+    fn apply(&mut self, x: &[Pair], lost: &mut [Pair]) {
+        let texels = lost.iter_mut().zip(x.iter().zip(self.root));
+        texels.for_each(|(lost, (x, root))| *lost = times(*x, *root));
+        self.carrier.lose(lost, &self.inputs.not_reflected, &mut self.spare);
+        let texels = lost.iter_mut().zip(self.root).zip(x.iter().zip(&self.inputs.albedo));
+        texels.for_each(|((lost, root), (x, albedo))| *lost = times(*lost, *root) + times(both(1.0) - albedo, *x));
+    }
 }
 
 /// A step or a share; 0 for a colour that has nothing to search (black ground, no light, solved).
@@ -129,13 +139,16 @@ fn by_gradients(carrier: &Carrier, inputs: &Inputs, passes: u32, tolerance: f64)
     texels.for_each(|((light, beam), root)| *light = times(*light + beam, *root));
     let nothing = dot(&residual, &residual) * ROUNDING.powi(2);
 
-    let lost_even = lost(carrier, inputs, &root, &root);
+    let map = || vec![Pair::default(); root.len()];
+    let mut system = System { carrier, inputs, root: &root, spare: [map(), map()] };
+    let mut lost_even = map();
+    system.apply(&root, &mut lost_even);
     let even_loss = dot(&root, &lost_even);
     let even = quotient(dot(&root, &residual), even_loss);
     let mut x: Vec<Pair> = root.iter().map(|root| times(even, *root)).collect();
     add(&mut residual, -even, &lost_even);
 
-    let mut direction = vec![Pair::default(); root.len()];
+    let (mut direction, mut lost) = (map(), map());
     let mut before = Pair::default();
     let mut made = 0;
     let mut change = 0.0;
@@ -151,13 +164,13 @@ fn by_gradients(carrier: &Carrier, inputs: &Inputs, passes: u32, tolerance: f64)
         for ((direction, residual), root) in direction.iter_mut().zip(&residual).zip(&root) {
             *direction = residual - times(towards_even, *root) + times(share, *direction);
         }
-        let lost_of_it = lost(carrier, inputs, &root, &direction);
-        let length = times(quotient(dot(&residual, &direction), dot(&direction, &lost_of_it)), open);
+        system.apply(&direction, &mut lost);
+        let length = times(quotient(dot(&residual, &direction), dot(&direction, &lost)), open);
         add(&mut x, length, &direction);
-        add(&mut residual, -length, &lost_of_it);
+        add(&mut residual, -length, &lost);
         made += 1;
         // s times the step of the irradiance: what the step sends up and gets back.
-        let back = direction.iter().zip(&lost_of_it).map(|(direction, lost)| times(length, direction - lost));
+        let back = direction.iter().zip(&lost).map(|(direction, lost)| times(length, direction - lost));
         let step = back.map(|back| times(back, back)).sum::<Pair>();
         change = worst_ratio(step, dot(&x, &x)).sqrt();
         if change <= tolerance {

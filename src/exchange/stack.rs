@@ -79,14 +79,14 @@ impl Column {
     }
 
     /// Light on the top: what comes `down`, and what the layer sends up, its own light and that `through` it, and gets back.
-    fn from_above(&self, down: f64, above_not_reflected: f64, through: f64) -> f64 {
+    fn on_top(&self, down: f64, above_not_reflected: f64, through: f64) -> f64 {
         let sent_back = (1.0 - above_not_reflected) * (self.up + through);
         (down + sent_back) / self.leaving(above_not_reflected)
     }
 
     /// The stack down to and with this layer, from the stack above it.
     fn add(&self, [down, above_not_reflected]: [f64; 2]) -> [f64; 2] {
-        let on_top = self.from_above(down, above_not_reflected, 0.0);
+        let on_top = self.on_top(down, above_not_reflected, 0.0);
         let leaving = self.leaving(above_not_reflected);
         let passing = (above_not_reflected + (1.0 - above_not_reflected) * self.absorbed) / leaving;
         [self.down + self.transmitted * on_top, self.absorbed + self.transmitted * passing]
@@ -148,7 +148,7 @@ impl<'a> Stack<'a> {
                 for colour in 0..3 {
                     let column = Column::new(layer, texel, colour);
                     let through = column.transmitted * f64::from(from_below[texel][colour]);
-                    let on_top = column.from_above(down[colour].into(), part[colour].into(), through);
+                    let on_top = column.on_top(down[colour].into(), part[colour].into(), through);
                     from_above[texel][colour] = on_top as f32;
                     escaping[texel][colour] = (column.up + through + (1.0 - column.not_reflected) * on_top) as f32;
                 }
