@@ -70,7 +70,7 @@ fn empty_layers_change_nothing() {
             let found = sky.render(&scene(&stack, 90.0, 4.0, 0.4), texture, query).data;
             let expected = sky.render(&alone, texture, query).data;
             for (a, b) in found.iter().zip(&expected) {
-                // Light is gathered from another height's grid where the lowest base is another one: its interpolation.
+                // The grid of the exchange goes with the lowest base: its interpolation differs.
                 let tolerance = if stack[0]["base_m"] == cloud["base_m"] { F32 } else { 0.02 };
                 assert!(
                     f64::from((a - b).abs()) <= tolerance * f64::from(b.abs()) + 1e-4,
@@ -180,5 +180,7 @@ fn layers_shade_each_other() {
         f64::from(sky.render(&scene(layers, 90.0, 0.0, 0.2), "cloud", &query).data[1])
     };
     let (open, shaded) = (seen(&mut sky, std::slice::from_ref(&low)), seen(&mut sky, &[low.clone(), high]));
-    assert!(shaded < 0.7 * open && shaded > 0.05 * open, "{shaded} of {open}");
+    // 16 optical depths let 0.5 of the light through, evenly: what a thin layer sends down of it is less than of the sun,
+    // whose light it sends on mostly downwards.
+    assert!(shaded < 0.95 * open && shaded > 0.2 * open, "{shaded} of {open}");
 }

@@ -101,6 +101,20 @@ fn sample(map: &[[f32; 3]], side: usize, u: f64, v: f64) -> [f32; 3] {
     [0, 1, 2].map(|c| value(c) as f32)
 }
 
+/// Height of the one plane that stands for all layers in the exchange with the ground: the mean height at which light
+/// from the ground first meets cloud. With one layer it is its base.
+fn radiating_height_m(columns: &[ColumnMaps], inputs: &LightInputs<'_>) -> f64 {
+    let (mut sum_m, mut met, mut left) = (0.0, 0.0, 1.0);
+    for (maps, layer) in columns.iter().zip(inputs.layers) {
+        let through = mean(&maps.through, 1);
+        let share = left * (1.0 - through);
+        sum_m += share * f64::from(layer.frame.base_m);
+        met += share;
+        left *= through;
+    }
+    if met > 1e-6 { sum_m / met } else { inputs.layers[0].frame.base_m.into() }
+}
+
 /// Solves light between the layers and the ground.
 pub(super) fn solve(columns: &[ColumnMaps], inputs: &LightInputs<'_>) -> Between {
     let side = inputs.grids.exchange_texels as usize;
@@ -142,7 +156,7 @@ pub(super) fn solve(columns: &[ColumnMaps], inputs: &LightInputs<'_>) -> Between
     let stack = Stack::new(&layers, side * side, sky);
     let problem = Problem {
         side,
-        height_texels: f64::from(frame.base_m) / f64::from(frame.extent_m) * side as f64,
+        height_texels: radiating_height_m(columns, inputs) / f64::from(frame.extent_m) * side as f64,
         albedo: &albedo,
         beam: &beam,
         diffuse: stack.diffuse(),
