@@ -109,24 +109,25 @@ fn maps_agree_with_an_independent_tracer() {
         println!("{}: {:.2e} photons/s", fields[0], light.photons as f64 / started.elapsed().as_secs_f64());
         let counts: Vec<u16> =
             bytes(&format!("{}.u16", fields[0])).chunks_exact(2).map(|b| u16::from_le_bytes([b[0], b[1]])).collect();
-        for (i, (map, counts)) in maps.iter().zip(counts.chunks_exact(64 * 64)).enumerate() {
+        for (map, counts) in maps.iter().zip(counts.chunks_exact(64 * 64)) {
             let expected: Vec<f64> = turned(counts).iter().map(|count| f64::from(*count) * 4096.0 / photons).collect();
             let what = format!("{} {map:?}", fields[0]);
             let mean = expected.iter().sum::<f64>() / 4096.0;
-            // Counts of independent photons, of which at least one is assumed.
+            // Noise of counted photons; where none came, that of one.
             check(light.mean(*map), mean, (mean.max(1.0 / photons) / photons).sqrt(), &what);
-            let found = light.map(*map);
-            let squares: f64 = found.values.iter().zip(&expected).map(|(a, b)| (a - b).powi(2)).sum();
-            let own: f64 = found.standard_errors.iter().map(|error| error * error).sum();
-            let ratio = squares / (own + 4096.0 * number(4 + i));
-            println!("{what}: chi2/n {ratio:.3}");
             // Fewer than one photon in ten texels says nothing texel by texel.
             if mean * photons < 400.0 {
                 continue;
             }
             compared += 1;
-            // 4096 texels of unequal noise know their variance to some 5 %; the reference's is known to 3 %.
-            assert!((0.85..1.15).contains(&ratio), "{what}: chi2/n {ratio}");
+            let found = light.map(*map);
+            let squares: f64 = found.values.iter().zip(&expected).map(|(a, b)| (a - b).powi(2)).sum();
+            let own: f64 = found.standard_errors.iter().map(|error| error * error).sum();
+            let ratio = squares / (own + mean * 4096.0 * 4096.0 / photons);
+            println!("{what}: chi2/n {ratio:.3}");
+            // Variances of 4096 unequal texels: known to 5 %. Direct light of the reference is less noisy than counts are
+            // where the sun stands in the zenith.
+            assert!((0.8..1.15).contains(&ratio), "{what}: chi2/n {ratio}");
         }
     }
     assert_eq!(compared, 38);
