@@ -57,11 +57,13 @@ impl Surface {
 
     /// Texel before the place, and the part of the way to the next one.
     fn place(&self, metres: f64, axis: usize) -> (usize, f64) {
-        let (size, place) = (self.size[axis], metres * self.texels_per_m[axis] + self.offset[axis]);
-        let place = place - (place / size).floor() * size;
-        // Rounding may give the size itself.
-        let low = place.floor().min(size - 1.0);
-        (low as usize, place - low)
+        let (size, mut place) = (self.size[axis], metres * self.texels_per_m[axis] + self.offset[axis]);
+        if !(0.0..size).contains(&place) {
+            // Rounding may give the size itself.
+            place = (place - (place / size).floor() * size).min(size - f64::EPSILON * size);
+        }
+        let low = place as usize;
+        (low, place - low as f64)
     }
 
     /// The greatest value in each of `cells` x `cells` equal parts of the domain, by rows from the north.
