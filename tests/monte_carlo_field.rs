@@ -502,14 +502,14 @@ fn three_colours_are_three_runs() {
     };
     let found = go(FluxMap::Ground, &scene);
     assert_eq!((found.values.len(), found.standard_errors.len()), (3 * 64, 3 * 64));
-    for c in 0..3 {
+    for (c, phase) in phases.iter().enumerate() {
         let layer = Layer {
             base_m: 700.0,
             thickness: &map,
             offset_uv: [0.25, 0.0],
             extinction_per_m: layers[0].extinction_per_m[c],
             albedo: layers[0].albedo[c],
-            phase: &phases[c],
+            phase,
         };
         let ground = even(ground.texels[0][c] as f32);
         let problem = FieldProblem {

@@ -202,26 +202,19 @@ impl Medium {
             let met = |layer: &&usize| self.clouds[**layer].tops_m[cell] > lowest_m;
             let layers = || self.bands[band].iter().filter(met);
             let majorant: f64 = layers().map(|i| self.clouds[*i].extinction_per_m).sum();
-            while majorant > 0.0 {
-                let step_m = optical / majorant;
-                if way_m + step_m >= next_m {
-                    optical -= (next_m - way_m) * majorant;
-                    break;
-                }
-                way_m += step_m;
-                optical = random.free_path();
-                // A collision with whatever would fill the cell: which layer it is, or none.
-                let place = start + direction * way_m;
-                let mut chosen = majorant * random.uniform();
-                for i in layers() {
-                    let cloud = &self.clouds[*i];
-                    if chosen < cloud.extinction_per_m {
-                        if place.z - cloud.base_m < cloud.thickness.at(place.x, place.y) {
-                            return Some((way_m, *i));
-                        }
+            if majorant > 0.0 {
+                loop {
+                    let step_m = optical / majorant;
+                    if way_m + step_m >= next_m {
+                        optical -= (next_m - way_m) * majorant;
                         break;
                     }
-                    chosen -= cloud.extinction_per_m;
+                    way_m += step_m;
+                    optical = random.free_path();
+                    let hit = self.hit(layers(), start + direction * way_m, majorant * random.uniform());
+                    if let Some(layer) = hit {
+                        return Some((way_m, layer));
+                    }
                 }
             }
             // Rounding above must not make it negative.
@@ -229,6 +222,20 @@ impl Medium {
             way_m = next_m;
             x.pass(way_m);
             y.pass(way_m);
+        }
+        None
+    }
+
+    /// A collision with what would fill a cell up to its highest top: the layer it is in, `chosen` by the extinctions,
+    /// unless `place` is above the cloud.
+    fn hit<'a>(&self, layers: impl Iterator<Item = &'a usize>, place: DVec3, mut chosen: f64) -> Option<usize> {
+        for layer in layers {
+            let cloud = &self.clouds[*layer];
+            if chosen < cloud.extinction_per_m {
+                let inside = place.z - cloud.base_m < cloud.thickness.at(place.x, place.y);
+                return inside.then_some(*layer);
+            }
+            chosen -= cloud.extinction_per_m;
         }
         None
     }
