@@ -122,12 +122,14 @@ fn maps_agree_with_an_independent_tracer() {
             compared += 1;
             let found = light.map(*map);
             let squares: f64 = found.values.iter().zip(&expected).map(|(a, b)| (a - b).powi(2)).sum();
-            let own: f64 = found.standard_errors.iter().map(|error| error * error).sum();
-            let ratio = squares / (own + mean * 4096.0 * 4096.0 / photons);
-            println!("{what}: chi2/n {ratio:.3}");
-            // Variances of 4096 unequal texels: known to 5 %. Direct light of the reference is less noisy than counts are
-            // where the sun stands in the zenith.
-            assert!((0.8..1.15).contains(&ratio), "{what}: chi2/n {ratio}");
+            let noise = found.standard_errors.iter().zip(&expected);
+            let variances: Vec<f64> = noise.map(|(own, value)| own * own + value * 4096.0 / photons).collect();
+            let ratio = squares / variances.iter().sum::<f64>();
+            // Where few texels are lit, few have any noise: they count as so many equal ones.
+            let texels = variances.iter().sum::<f64>().powi(2) / variances.iter().map(|v| v * v).sum::<f64>();
+            let limit = SIGMAS * (2.0 / texels).sqrt();
+            println!("{what}: chi2/n {ratio:.3} +- {:.3}, n {texels:.0}", (2.0 / texels).sqrt());
+            assert!((ratio - 1.0).abs() < limit, "{what}: chi2/n {ratio}, {texels} texels");
         }
     }
     assert_eq!(compared, 38);
@@ -242,9 +244,9 @@ fn even_clouds_are_slabs() {
             let direct = if light == "sun" { (-8.0 / mu).exp() } else { 0.0 };
             // One photon in ten million: none is seen.
             check(found.mean(FluxMap::GroundDirect), direct, 1e-7, &what("direct"));
-            // Every texel is alike. Each photon crosses some often: neighbours are not independent, hence the width.
+            // Every texel is alike. 64 know it to 18 %.
             let ratio = squares(&found, FluxMap::Ground, |_, _| ground);
-            assert!((0.5..1.7).contains(&ratio), "{}: chi2/n {ratio}", what("ground"));
+            assert!((0.4..1.65).contains(&ratio), "{}: chi2/n {ratio}", what("ground"));
         }
     }
 }
@@ -428,7 +430,7 @@ fn without_cloud_the_sun_lights_the_ground() {
     let (phase, white, none) = (henyey_greenstein(0.85), even(1.0), even(0.0));
     for base_m in [0.0, 1000.0] {
         let layers = [Layer { base_m, ..layer(&none, &phase) }];
-        let found = run(&problem(&layers, &white, sun(89.9, 0.0)), 4, 10_000, 14);
+        let found = run(&problem(&layers, &white, sun(89.9, 0.0)), 4, 204_800, 14);
         for map in [FluxMap::GroundDirect, FluxMap::BaseDirect, FluxMap::Ground, FluxMap::BaseUp, FluxMap::Up] {
             assert_eq!(found.mean(map).value, 1.0, "{map:?}");
         }

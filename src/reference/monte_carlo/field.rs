@@ -117,8 +117,8 @@ const MAPS: usize = FluxMap::Ground as usize + 1;
 pub struct MapEstimate {
     /// Means over texels.
     pub values: Vec<f64>,
-    /// Their standard errors; neighbours are nearly independent. 0 where no photon came, which does not mean that none
-    /// could.
+    /// Their standard errors, nearly independent between texels. 0 where no photon came, which does not mean that none
+    /// could; infinite where a time limit left one batch.
     pub standard_errors: Vec<f64>,
 }
 
