@@ -34,7 +34,8 @@ impl Random {
 
     /// Optical path to the next event: exponentially distributed with mean 1.
     pub(super) fn free_path(&mut self) -> f64 {
-        -(-self.uniform()).ln_1p()
+        // 1 less the uniform number is exact.
+        -(1.0 - self.uniform()).ln()
     }
 }
 

@@ -1,0 +1,279 @@
+//! Layers of uneven thickness as a photon meets them.
+
+use glam::DVec3;
+
+use super::super::random::Random;
+use super::{FieldProblem, Layer};
+use crate::reference::Map;
+
+/// Most cells along a side of the grid of greatest heights.
+const MAX_CELLS: f64 = 32.0;
+/// Cells no smaller than this part of the highest cloud: a flight is a few cells long then. Also what keeps flights in a
+/// domain much smaller than its clouds are high from crossing it a million times.
+const CELL_PART: f64 = 0.1;
+
+/// The greatest value of a map's first channel.
+pub(super) fn greatest(map: &Map) -> f64 {
+    map.texels.iter().map(|texel| texel[0]).fold(0.0, f64::max)
+}
+
+/// The first channel of a periodic map with bilinear interpolation, by metres east and south.
+#[derive(Debug)]
+pub(super) struct Surface {
+    size: [f64; 2],
+    /// Texels a metre.
+    texels_per_m: [f64; 2],
+    /// Added to the place in texels.
+    offset: [f64; 2],
+    /// With one more column and row than the map has, equal to the first ones.
+    texels: Vec<f64>,
+}
+
+impl Surface {
+    pub(super) fn new(map: &Map, offset_uv: [f64; 2], extent_m: f64) -> Self {
+        let size = [map.width as f64, map.height as f64];
+        let texel = |i: usize| {
+            let (x, y) = (i % (map.width + 1), i / (map.width + 1));
+            map.texel(x % map.width, y % map.height)[0]
+        };
+        Self {
+            size,
+            texels_per_m: size.map(|size| size / extent_m),
+            // Centres lie at half-integers.
+            offset: std::array::from_fn(|i| (offset_uv[i] - offset_uv[i].floor()) * size[i] - 0.5),
+            texels: (0..(map.width + 1) * (map.height + 1)).map(texel).collect(),
+        }
+    }
+
+    pub(super) fn at(&self, x_m: f64, y_m: f64) -> f64 {
+        let (column, x) = self.place(x_m, 0);
+        let (row, y) = self.place(y_m, 1);
+        let width = self.size[0] as usize + 1;
+        let first = row * width + column;
+        let t = &self.texels[first..];
+        let (north, south) = (t[0] + (t[1] - t[0]) * x, t[width] + (t[width + 1] - t[width]) * x);
+        north + (south - north) * y
+    }
+
+    /// Texel before the place, and the part of the way to the next one.
+    fn place(&self, metres: f64, axis: usize) -> (usize, f64) {
+        let (size, mut place) = (self.size[axis], metres * self.texels_per_m[axis] + self.offset[axis]);
+        if !(0.0..size).contains(&place) {
+            // Rounding may give the size itself.
+            place = (place - (place / size).floor() * size).min(size - f64::EPSILON * size);
+        }
+        let low = place as usize;
+        (low, place - low as f64)
+    }
+
+    /// The greatest value in each of `cells` x `cells` equal parts of the domain, by rows from the north.
+    fn greatest_in(&self, cells: usize) -> Vec<f64> {
+        let mut most = vec![0.0; cells * cells];
+        let (width, height) = (self.size[0] as usize, self.size[1] as usize);
+        // A texel reaches as far as the next centres.
+        let reach = |i: usize, axis: usize| {
+            let cell = |texels: f64| ((texels - self.offset[axis]) / self.size[axis] * cells as f64).floor() as i64;
+            let (from, to) = (cell(i as f64 - 1.0), cell(i as f64 + 1.0));
+            // Once around at most.
+            (from..=to.min(from + cells as i64 - 1)).map(move |cell| cell.rem_euclid(cells as i64) as usize)
+        };
+        for y in 0..height {
+            for x in 0..width {
+                let value = self.texels[y * (width + 1) + x];
+                for row in reach(y, 1) {
+                    for column in reach(x, 0) {
+                        let cell: &mut f64 = &mut most[row * cells + column];
+                        *cell = cell.max(value);
+                    }
+                }
+            }
+        }
+        most
+    }
+}
+
+/// A layer's extinction and shape.
+#[derive(Debug)]
+struct Cloud {
+    base_m: f64,
+    extinction_per_m: f64,
+    thickness: Surface,
+    /// Height above the ground of the highest cloud in each cell.
+    tops_m: Vec<f64>,
+}
+
+/// All that a photon can meet between ground and highest top.
+#[derive(Debug)]
+pub(super) struct Medium {
+    clouds: Vec<Cloud>,
+    /// Ground, bases and highest tops in ascending order: at least two heights. Between two of them, the same layers are
+    /// present everywhere or nowhere.
+    pub(super) edges_m: Vec<f64>,
+    /// Which of the edges is the lowest base.
+    pub(super) base_edge: usize,
+    /// The layers that reach each of the bands between edges.
+    bands: Vec<Vec<usize>>,
+    cells: usize,
+    cell_m: f64,
+}
+
+/// How a flight ends.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Flight {
+    /// By a collision in a layer.
+    Collision(usize),
+    /// At the edge above or below the band.
+    Edge,
+}
+
+impl Medium {
+    pub(super) fn new(problem: &FieldProblem<'_>) -> Self {
+        let extent_m = problem.extent_m;
+        let highest_m = problem.layers.iter().map(|layer| greatest(layer.thickness)).fold(0.0, f64::max);
+        let cells = (extent_m / (CELL_PART * highest_m)).clamp(1.0, MAX_CELLS) as usize;
+        let cloud = |layer: &Layer<'_>| {
+            let thickness = Surface::new(layer.thickness, layer.offset_uv, extent_m);
+            let tops_m = thickness.greatest_in(cells).iter().map(|height| layer.base_m + height).collect();
+            Cloud { base_m: layer.base_m, extinction_per_m: layer.extinction_per_m, thickness, tops_m }
+        };
+        let top_m = |layer: &Layer<'_>| layer.base_m + greatest(layer.thickness);
+        let mut edges_m = vec![0.0];
+        edges_m.extend(problem.layers.iter().flat_map(|layer| [layer.base_m, top_m(layer)]));
+        edges_m.sort_by(f64::total_cmp);
+        edges_m.dedup();
+        if edges_m.len() == 1 {
+            // No cloud, and its base on the ground. Any height will do.
+            edges_m.push(1.0);
+        }
+        let lowest_m = problem.layers.first().map_or(0.0, |layer| layer.base_m);
+        let reaching = |band: &[f64]| {
+            let present =
+                |layer: &Layer<'_>| layer.extinction_per_m > 0.0 && layer.base_m <= band[0] && band[1] <= top_m(layer);
+            (0..problem.layers.len()).filter(|i| present(&problem.layers[*i])).collect()
+        };
+        Self {
+            clouds: problem.layers.iter().map(cloud).collect(),
+            base_edge: edges_m.partition_point(|edge| *edge < lowest_m),
+            bands: edges_m.windows(2).map(reaching).collect(),
+            edges_m,
+            cells,
+            cell_m: extent_m / cells as f64,
+        }
+    }
+
+    /// Flies from `place` (x east, y south, z up, metres) along the unit vector `direction`, whose z is not 0, inside a
+    /// band between edges. Leaves `place` where the flight ends.
+    pub(super) fn fly(&self, band: usize, place: &mut DVec3, direction: DVec3, random: &mut Random) -> Flight {
+        let edge_m = self.edges_m[if direction.z > 0.0 { band + 1 } else { band }];
+        let end_m = ((edge_m - place.z) / direction.z).max(0.0);
+        let collision =
+            if self.bands[band].is_empty() { None } else { self.collide(band, *place, direction, end_m, random) };
+        match collision {
+            Some((way_m, layer)) => {
+                *place += direction * way_m;
+                Flight::Collision(layer)
+            }
+            None => {
+                *place += direction * end_m;
+                place.z = edge_m;
+                Flight::Edge
+            }
+        }
+    }
+
+    /// The way to the next collision and its layer, if there is one before `end_m`.
+    fn collide(
+        &self,
+        band: usize,
+        start: DVec3,
+        direction: DVec3,
+        end_m: f64,
+        random: &mut Random,
+    ) -> Option<(f64, usize)> {
+        let mut x = Axis::new(start.x, direction.x, self.cell_m, self.cells);
+        let mut y = Axis::new(start.y, direction.y, self.cell_m, self.cells);
+        let mut optical = random.free_path();
+        let mut way_m = 0.0;
+        while way_m < end_m {
+            let next_m = x.next_m.min(y.next_m).min(end_m);
+            // Of this piece the lowest point: no layer is met whose top in this cell is below.
+            let lowest_m = start.z + direction.z * if direction.z > 0.0 { way_m } else { next_m };
+            let cell = y.cell * self.cells + x.cell;
+            let met = |layer: &&usize| self.clouds[**layer].tops_m[cell] > lowest_m;
+            let layers = || self.bands[band].iter().filter(met);
+            let majorant: f64 = layers().map(|i| self.clouds[*i].extinction_per_m).sum();
+            if majorant > 0.0 {
+                loop {
+                    let step_m = optical / majorant;
+                    if way_m + step_m >= next_m {
+                        optical -= (next_m - way_m) * majorant;
+                        break;
+                    }
+                    way_m += step_m;
+                    optical = random.free_path();
+                    let hit = self.hit(layers(), start + direction * way_m, majorant * random.uniform());
+                    if let Some(layer) = hit {
+                        return Some((way_m, layer));
+                    }
+                }
+            }
+            // Rounding above must not make it negative.
+            optical = optical.max(0.0);
+            way_m = next_m;
+            x.pass(way_m);
+            y.pass(way_m);
+        }
+        None
+    }
+
+    /// A collision with what would fill a cell up to its highest top: the layer it is in, `chosen` by the extinctions,
+    /// unless `place` is above the cloud.
+    fn hit<'a>(&self, layers: impl Iterator<Item = &'a usize>, place: DVec3, mut chosen: f64) -> Option<usize> {
+        for layer in layers {
+            let cloud = &self.clouds[*layer];
+            if chosen < cloud.extinction_per_m {
+                let inside = place.z - cloud.base_m < cloud.thickness.at(place.x, place.y);
+                return inside.then_some(*layer);
+            }
+            chosen -= cloud.extinction_per_m;
+        }
+        None
+    }
+}
+
+/// Cells along one axis of a flight.
+#[derive(Debug)]
+struct Axis {
+    cell: usize,
+    /// Way to the next cell.
+    next_m: f64,
+    /// Way through a cell.
+    pitch_m: f64,
+    forward: bool,
+    cells: usize,
+}
+
+impl Axis {
+    fn new(start_m: f64, slope: f64, cell_m: f64, cells: usize) -> Self {
+        let place = start_m / cell_m;
+        let low = place.floor();
+        let pitch_m = cell_m / slope.abs();
+        let part = if slope > 0.0 { low + 1.0 - place } else { place - low };
+        // One cell repeats everywhere: there is nothing to step to.
+        let next_m = if cells == 1 || slope == 0.0 { f64::INFINITY } else { part * pitch_m };
+        Self { cell: (low as i64).rem_euclid(cells as i64) as usize, next_m, pitch_m, forward: slope > 0.0, cells }
+    }
+
+    /// Steps to the next cell if the way leads there.
+    fn pass(&mut self, way_m: f64) {
+        if self.next_m <= way_m {
+            self.next_m += self.pitch_m;
+            self.cell = match (self.forward, self.cell) {
+                (true, cell) if cell + 1 == self.cells => 0,
+                (true, cell) => cell + 1,
+                (false, 0) => self.cells - 1,
+                (false, cell) => cell - 1,
+            };
+        }
+    }
+}
