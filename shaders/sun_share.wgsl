@@ -7,7 +7,7 @@
 @group(0) @binding(3) var tilted: texture_2d<f32>;
 @group(0) @binding(4) var entered: texture_2d<f32>;
 @group(0) @binding(5) var column: texture_2d<f32>;
-@group(0) @binding(6) var entry: texture_2d<f32>;
+@group(0) @binding(6) var reflected: texture_2d<f32>;
 @group(0) @binding(7) var above: texture_2d<f32>;
 @group(0) @binding(8) var repeat: sampler;
 @group(0) @binding(9) var below_out: texture_storage_2d<rgba32float, write>;
@@ -25,6 +25,6 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     let through = textureLoad(beam, id.xy, 0).rgb + diffuse;
     let own = max(textureLoad(column, id.xy, 0).rgb, vec3<f32>(1e-9));
     textureStore(below_out, id.xy, vec4<f32>(through / own, 0.0));
-    let entering = textureLoad(entry, id.xy, 0).x;
+    let entering = textureLoad(reflected, id.xy, 0).w;
     textureStore(above_out, id.xy, vec4<f32>(lit * entering * share.reflect_scale.rgb, 0.0));
 }

@@ -38,16 +38,14 @@ fn run(name: &str) -> Run {
     let numbers: Vec<f64> = row.split(',').skip(2).map(|number| number.parse().unwrap()).collect();
     let bytes = std::fs::read(format!("{folder}/{name}.u16")).unwrap();
     let counts: Vec<f64> = bytes.as_chunks().0.iter().map(|bytes| u16::from_le_bytes(*bytes).into()).collect();
-    let maps = std::array::from_fn(|map| {
+    let share = (SIDE * SIDE) as f64 / numbers[1];
+    let maps: [Vec<f64>; 7] = std::array::from_fn(|map| {
         let counts = &counts[map * SIDE * SIDE..(map + 1) * SIDE * SIDE];
-        north_up(&counts.iter().map(|count| count * 4096.0 / numbers[1]).collect::<Vec<_>>())
+        north_up(&counts.iter().map(|count| count * share).collect::<Vec<_>>())
     });
-    Run {
-        zenith_deg: numbers[0],
-        height_m: north_up(&height),
-        maps,
-        noise: std::array::from_fn(|map| numbers[2 + map]),
-    }
+    // Counts of photons scatter as their root.
+    let noise = maps.each_ref().map(|map| share * map.iter().sum::<f64>() / map.len() as f64);
+    Run { zenith_deg: numbers[0], height_m: north_up(&height), maps, noise }
 }
 
 fn scene(sky: &mut Sky, run: &Run, base_m: f64) -> Value {

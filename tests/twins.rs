@@ -239,8 +239,9 @@ fn check_field(stages: &Stages) {
 /// Light of the layer's maps: every pass is fed with what the device itself had.
 fn check_sunlight(stages: &Stages) {
     let (frame, tables) = (&stages.frame, &stages.tables);
-    let [thickness, entering, above, transmittance, reflectance, diffuse] = [
+    let [thickness, own_entry, entering, above, transmittance, reflectance, diffuse] = [
         &stages.thickness,
+        &stages.entry,
         &stages.entering,
         &stages.above,
         &tables.transmittance,
@@ -270,12 +271,18 @@ fn check_sunlight(stages: &Stages) {
 
     let base = |thickness| {
         let (transmittance, reflectance) = (&transmittance, &reflectance);
-        let maps =
-            reference::base_light::Maps { thickness, transmittance, reflectance, entry: &entering, above: &above };
+        let maps = reference::base_light::Maps {
+            thickness,
+            transmittance,
+            reflectance,
+            entry: &own_entry,
+            blurred: &entering,
+            above: &above,
+        };
         reference::base_light::main(frame, &maps)
     };
     let (twin, other) = (base(&thickness), base(&higher));
-    let places = place_error(&above, 1.0) + place_error(&entering, 1.0);
+    let places = place_error(&above, 1.0) * largest(&own_entry).max(1.0);
     for (name, gpu, twin, other) in [
         ("base_light, beam", &stages.beam, &twin.beam, &other.beam),
         ("base_light, tilted", &stages.tilted, &twin.tilted, &other.tilted),
@@ -285,7 +292,7 @@ fn check_sunlight(stages: &Stages) {
         assert_size(name, gpu, twin);
         let (twin, other) = (values(twin, gpu), values(other, gpu));
         // Differences of what comes through and the beam, parts of 1, times what enters.
-        let scale = 1.0 + largest(&entering);
+        let scale = 1.0 + largest(&own_entry);
         let tolerance = Tolerance::new(TABLE_REL * scale + places, TABLE_REL);
         check_each(name, &gpu.data, &twin, &allowed(&twin, &other, tolerance));
     }
@@ -311,7 +318,7 @@ fn check_sunlight(stages: &Stages) {
         tilted: &tilted,
         entered: &entered,
         column: &column,
-        entry: &entering,
+        reflected: &reflected,
         above: &above,
     };
     let twin = reference::sun_share::main(frame, &stages.share, &maps);
@@ -319,7 +326,7 @@ fn check_sunlight(stages: &Stages) {
     // Devices may flush what is below the smallest normal number.
     let tolerance = Tolerance::new(1e-36, 8.0 * ROUND);
     check_map("sun_share, below", &stages.shares[0], &twin[0], tolerance);
-    let places = place_error(&above, 1.0) * largest(&entering) * f64::from(stages.share.reflect_scale[0]);
+    let places = place_error(&above, 1.0) * largest(&own_entry) * f64::from(stages.share.reflect_scale[0]);
     check_map("sun_share, above", &stages.shares[1], &twin[1], Tolerance { abs: places + tolerance.abs, ..tolerance });
 }
 

@@ -6,7 +6,8 @@ struct Frame {
     sun_light: vec4<f32>,     // rgb: irradiance facing the sun, 0 below the horizon; w: cosine of the zenith, at least 0
     extinction: vec4<f32>,    // per metre: 650, 550, 450 nm; w: 550 nm
     beam: vec4<f32>,          // part of extinction that takes light out of the 5-degree beam; w: 550 nm
-    smooth_part: vec4<f32>,   // rgb: 1 - albedo * forward peak: extinction of the medium without its peak
+    smooth_part: vec4<f32>,   // rgb: 1 - albedo * forward peak: extinction of the medium without its peak;
+                              // w: 1 - asymmetry, that of transport, at 550 nm
     smooth_albedo: vec4<f32>, // rgb: single-scattering albedo of that medium
     offset_uv: vec2<f32>,     // where the wind has carried the field
     shift_uv: vec2<f32>,      // from a ground point to where its sun ray crosses the layer's base

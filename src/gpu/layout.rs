@@ -18,7 +18,7 @@ pub struct Frame {
     pub extinction: [f32; 4],
     /// Part of extinction that takes light out of the 5-degree beam; w: 550 nm.
     pub beam: [f32; 4],
-    /// Extinction of the medium without its forward peak, relative.
+    /// Extinction of the medium without its forward peak, relative; w: 1 - asymmetry, that of transport, at 550 nm.
     pub smooth_part: [f32; 4],
     /// Single-scattering albedo of that medium.
     pub smooth_albedo: [f32; 4],

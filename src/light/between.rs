@@ -18,7 +18,7 @@ pub struct ColumnMaps {
     pub tilted: Vec<[f32; 4]>,
     /// Diffuse light at the base by entry; fourth channel: blue light sent up.
     pub entered: Vec<[f32; 4]>,
-    /// Light sent up by entry.
+    /// Light sent up by entry; fourth channel: what enters, relative.
     pub reflected: Vec<[f32; 4]>,
     /// Transmitted part of even light.
     pub through: Vec<[f32; 4]>,

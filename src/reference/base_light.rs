@@ -18,7 +18,7 @@ pub struct BaseLight {
     pub tilted: Map,
     /// Diffuse light at the base by entry; fourth channel: blue light sent up.
     pub entered: Map,
-    /// Light sent up by entry; fourth channel 0.
+    /// Light sent up by entry; fourth channel: what enters, relative.
     pub reflected: Map,
 }
 
@@ -31,11 +31,16 @@ pub struct Maps<'a> {
     pub transmittance: &'a Map,
     /// Reflected part of a beam.
     pub reflectance: &'a Map,
-    /// Relative irradiance of the cloud's top, blurred.
+    /// Relative irradiance of the cloud's top.
     pub entry: &'a Map,
+    /// The same, blurred.
+    pub blurred: &'a Map,
     /// What the layer above leaves of the beam.
     pub above: &'a Map,
 }
+
+/// Light spreads in clouds deeper than a third of a transport length.
+const SPREADING: f64 = 3.0;
 
 /// The places in a texel of the maps of sunlight at which the thickness map is sampled.
 pub(super) fn samples(frame: &Frame, x: usize, y: usize) -> impl Iterator<Item = DVec2> {
@@ -55,10 +60,16 @@ pub fn main(frame: &Frame, maps: &Maps<'_>) -> BaseLight {
     let texel = |x: usize, y: usize| {
         let centre = texel_centre(x, y, frame.texels);
         let lit = rgb(maps.above.sample_periodic((centre + vec2(frame.above_uv)).to_array()));
-        let entering = maps.entry.sample_periodic(centre.to_array())[0];
+        let (at_place, around) = (maps.entry.texel(x, y)[0], maps.blurred.texel(x, y)[0]);
+        let mut entering_sum = 0.0;
         let mut sums = [DVec3::ZERO; 5];
         for uv in samples(frame, x, y) {
-            let column_m = maps.thickness.sample_periodic((uv + vec2(frame.offset_uv)).to_array())[0] / cosine;
+            let height_m = maps.thickness.sample_periodic((uv + vec2(frame.offset_uv)).to_array())[0];
+            let column_m = height_m / cosine;
+            // Light leaves a thin cloud where it came in.
+            let spread = -(-SPREADING * f64::from(frame.smooth_part[3]) * extinction * height_m).exp_m1();
+            let entering = at_place + (around - at_place) * spread;
+            entering_sum += entering;
             let path_m = match frame.columns {
                 1 => column_m,
                 _ => path_in_layer(maps.thickness, frame, uv, vec3(frame.sun)).length_m,
@@ -76,8 +87,13 @@ pub fn main(frame: &Frame, maps: &Maps<'_>) -> BaseLight {
             sums.iter_mut().zip(parts).for_each(|(sum, part)| *sum += part);
         }
         let [beam, tilted, entered, reflected, sent_up] = sums.map(|sum| lit * sum / count);
-        [beam.extend(sent_up.x), tilted.extend(sent_up.y), entered.extend(sent_up.z), reflected.extend(0.0)]
-            .map(|texel| texel.to_array())
+        [
+            beam.extend(sent_up.x),
+            tilted.extend(sent_up.y),
+            entered.extend(sent_up.z),
+            reflected.extend(entering_sum / count),
+        ]
+        .map(|texel| texel.to_array())
     };
     let texels: Vec<_> = (0..side * side).into_par_iter().map(|i| texel(i % side, i / side)).collect();
     let map = |part: usize| Map { width: side, height: side, texels: texels.iter().map(|texel| texel[part]).collect() };

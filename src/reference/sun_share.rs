@@ -16,8 +16,8 @@ pub struct Maps<'a> {
     pub entered: &'a Map,
     /// Transmitted part of the sun's light by columns.
     pub column: &'a Map,
-    /// Relative irradiance of the cloud's top, blurred.
-    pub entry: &'a Map,
+    /// Light sent up by entry; fourth channel: what enters, relative.
+    pub reflected: &'a Map,
     /// What the layer above leaves of the beam.
     pub above: &'a Map,
 }
@@ -33,7 +33,7 @@ pub fn main(frame: &Frame, share: &Share, maps: &Maps<'_>) -> [Map; 2] {
     let above = Map::from_fn(side, side, |x, y| {
         let place = texel_centre(x, y, frame.texels) + vec2(frame.above_uv);
         let lit = rgb(maps.above.sample_periodic(place.to_array()));
-        texel(lit * maps.entry.texel(x, y)[0] * vec3(share.reflect_scale))
+        texel(lit * maps.reflected.texel(x, y)[3] * vec3(share.reflect_scale))
     });
     [below, above]
 }

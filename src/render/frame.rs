@@ -88,7 +88,7 @@ impl LayerMoment {
             sun_light: rgb(scene.light.sun.map(|value| day * value.get()), cosine),
             extinction: rgb(extinction_per_m, extinction_per_m[1]),
             beam: rgb(beam, beam[1]),
-            smooth_part: rgb(by_channel(&|c| smooth(c).0), 0.0),
+            smooth_part: rgb(by_channel(&|c| smooth(c).0), 1.0 - tables.channels[1].asymmetry),
             smooth_albedo: rgb(by_channel(&|c| smooth(c).1), 0.0),
             offset_uv: offset.map(|part| part as f32),
             shift_uv: shift_uv(direction, base_m, extent_m),

@@ -34,7 +34,7 @@ pub struct Stages {
     pub tilted: HostMap,
     /// Diffuse light at the base by entry; fourth channel: blue light sent up.
     pub entered: HostMap,
-    /// Light sent up by entry.
+    /// Light sent up by entry; fourth channel: what enters, relative.
     pub reflected: HostMap,
     /// Transmitted part of the sun's light by columns.
     pub column: HostMap,
