@@ -312,7 +312,8 @@ fn check_sunlight(stages: &Stages) {
         check_each(name, &gpu.data, &twin, &allowed(&twin, &other, Tolerance::new(0.0, TABLE_REL)));
     }
 
-    let [beam, tilted, entered, column] = [&stages.beam, &stages.tilted, &stages.entered, &stages.column].map(map);
+    let [beam, tilted, entered, reflected, column] =
+        [&stages.beam, &stages.tilted, &stages.entered, &stages.reflected, &stages.column].map(map);
     let maps = reference::sun_share::Maps {
         beam: &beam,
         tilted: &tilted,
