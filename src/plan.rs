@@ -31,6 +31,26 @@ pub const ERROR_OF_TRANSPORT: [(Transport, f64); 4] =
 /// Tolerance from which light by entry, which takes another march, is left out.
 const ONE_MARCH: f64 = 0.4;
 
+/// Texels a side of a synthetic field per texel of the texture, at most: what lies between could not be shown.
+const FIELD_TEXELS_PER_TEXEL: u32 = 2;
+/// Texels a side of a synthetic field, at least, unless the scene has fewer: below this, coverage and mean would be those of
+/// a handful of texels.
+const LEAST_FIELD_TEXELS: u32 = 128;
+
+/// Tolerance from which a field may lack what is too fine to be shown. A texel is a point of the sky: without the finest
+/// waves it is another point's value, by up to a few percent.
+const COARSE_FIELD: f64 = 0.1;
+
+/// Texels a side of the scene's synthetic fields for a request: those of the scene, but where the tolerance allows it no finer
+/// than the texture can show.
+pub fn field_resolution(scene: &Scene, request: &Request) -> u32 {
+    if request.tolerance < COARSE_FIELD {
+        return scene.resolution();
+    }
+    let shown = request.size.map_or(Scene::MAX_SIDE, |size| FIELD_TEXELS_PER_TEXEL * size);
+    scene.resolution().min(shown.max(LEAST_FIELD_TEXELS))
+}
+
 /// What a request will use.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Plan {
@@ -110,7 +130,7 @@ impl Plan {
         let is_uniform = |layer: &Layer| matches!(layer.thickness, Thickness::Uniform(_));
         let uniform = scene.layers.iter().all(is_uniform);
         for layer in &scene.layers {
-            let words = || field::octaves_in_words(&layer.thickness, scene.resolution());
+            let words = || field::octaves_in_words(&layer.thickness, field_resolution(scene, request));
             let (choice, reason) = match (is_uniform(layer), field::moves(&layer.thickness, &layer.wind)) {
                 (true, _) => ("one texel".to_owned(), "the thickness is the same everywhere"),
                 (_, true) => (

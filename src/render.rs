@@ -13,6 +13,7 @@ use crate::gpu::layout::{Frame, View};
 use crate::gpu::{AdapterSummary, Gpu, GpuError, Target};
 use crate::image::Image;
 use crate::light::{self, Light, Lit};
+use crate::plan::field_resolution;
 use crate::request::{self, Format, Method, Request, Side, TextureKind, Viewer};
 use crate::scene::quantity::Quantity as _;
 use crate::scene::{FieldError, Scene};
@@ -481,10 +482,11 @@ fn source(
     number: usize,
     watch: &Watch,
 ) -> Result<Arc<Mutex<Source>>, RenderError> {
-    let (domain, layer) = (&job.scene.domain, &job.scene.layers[number]);
+    let layer = &job.scene.layers[number];
     let make = || {
         let image = frame::thickness_image(job, number)?;
-        let source = Source::new(gpu, layer, domain.resolution, job.scene.extent_m(), image, watch.deadline)?;
+        let resolution = field_resolution(&job.scene, &job.request);
+        let source = Source::new(gpu, layer, resolution, job.scene.extent_m(), image, watch.deadline)?;
         Ok(Arc::new(Mutex::new(source)))
     };
     match field::moves(&layer.thickness, &layer.wind) {

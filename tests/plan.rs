@@ -126,3 +126,33 @@ fn every_plan_explains_itself() {
         assert!(expected_error(&choices).is_finite());
     }
 }
+
+/// A field is no finer than the texture can show, and what is shown is the same field.
+#[test]
+fn fields_are_no_finer_than_the_texture() {
+    let mut sky = Sky::open();
+    let scene = json!({
+        "domain": { "extent_m": 20000, "resolution": 1024 },
+        "layers": [{ "thickness": { "kind": "stratocumulus", "coverage": 0.7, "seed": 3 },
+            "droplets": { "henyey_greenstein": 0.85, "extinction_per_m": 0.04 } }],
+    });
+    let mut thickness = |size: &str, tolerance: &str| {
+        let job = sky.job(&scene, "shadow", &[("size", size), ("tolerance", tolerance)]);
+        let texels = skyloom::plan::field_resolution(&job.scene, &job.request);
+        (texels, sky.renderer.inspect(&job, &Watch::default()).unwrap().thickness.data)
+    };
+    let (coarse, small) = thickness("64", "0.1");
+    let (fine, whole) = thickness("64", "0.02");
+    assert_eq!((coarse, fine, thickness("16", "0.3").0, thickness("1024", "0.3").0), (128, 1024, 128, 1024));
+    // Waves shorter than two texels of the small one are left out, 5 % of the variance; the rest is the same.
+    let block = |i: usize| {
+        let (x, y) = (i % 128 * 8, i / 128 * 8);
+        (0..64).map(|j| f64::from(whole[(y + j / 8) * 1024 + x + j % 8])).sum::<f64>() / 64.0
+    };
+    let pairs: Vec<(f64, f64)> = small.iter().enumerate().map(|(i, height)| (f64::from(*height), block(i))).collect();
+    let mean = |value: &dyn Fn(&(f64, f64)) -> f64| pairs.iter().map(value).sum::<f64>() / pairs.len() as f64;
+    let (a, b) = (mean(&|p| p.0), mean(&|p| p.1));
+    let correlation =
+        mean(&|p| (p.0 - a) * (p.1 - b)) / (mean(&|p| (p.0 - a).powi(2)) * mean(&|p| (p.1 - b).powi(2))).sqrt();
+    assert!(correlation > 0.95 && (a / b - 1.0).abs() < 0.02, "{correlation}, means {a} and {b} m");
+}

@@ -7,7 +7,7 @@ use crate::gpu::HostMap;
 use crate::gpu::layout::{Frame, MIN_COSINE, View};
 use crate::image::{Image, ImageEncoding};
 use crate::light::{Grids, LayerShape, SceneShape, grids, shift_uv};
-use crate::plan::Plan;
+use crate::plan::{Plan, field_resolution};
 use crate::request::{Component, Request, Side, TextureKind, Transport};
 use crate::scene::quantity::Quantity as _;
 use crate::scene::{GroundAlbedo, Scene, Thickness};
@@ -216,10 +216,14 @@ pub(super) fn offsets(job: &Job, layer: usize) -> [[f64; 2]; 2] {
     if field::moves(&layer.thickness, &layer.wind) { [offset, [0.0; 2]] } else { [[0.0; 2], offset] }
 }
 
+fn domain_key(job: &Job) -> String {
+    format!("{:?} {}", job.scene.domain.extent_m, field_resolution(&job.scene, &job.request))
+}
+
 /// Names what a layer's field is made from.
 pub(super) fn source_key(job: &Job, layer: usize) -> String {
-    let (domain, layer) = (&job.scene.domain, &job.scene.layers[layer]);
-    format!("{domain:?} {:?} {:?}", layer.thickness, layer.wind.turbulence_m_s)
+    let layer = &job.scene.layers[layer];
+    format!("{} {:?} {:?}", domain_key(job), layer.thickness, layer.wind.turbulence_m_s)
 }
 
 /// Names a layer's field: one that nothing moves is the same at all times.
@@ -227,7 +231,7 @@ pub(super) fn field_key(job: &Job, number: usize) -> String {
     let layer = &job.scene.layers[number];
     match field::moves(&layer.thickness, &layer.wind) {
         true => format!("{} {:?} {:x}", source_key(job, number), layer.wind, job.request.time_s.to_bits()),
-        false => format!("{:?} {:?}", job.scene.domain, layer.thickness),
+        false => format!("{} {:?}", domain_key(job), layer.thickness),
     }
 }
 
