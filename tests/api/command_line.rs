@@ -163,7 +163,7 @@ fn plan_explains_each_stage() {
     let output = skyloom(folder.path(), &["plan", "scene.json", "cloud.exr", "--tolerance", "0.3"]);
     assert_eq!(code(&output).0, 0, "{}", code(&output).1);
     let text = String::from_utf8(output.stdout).unwrap();
-    for word in ["field", "march", "light", "shade", "coarse", "expected error"] {
+    for word in ["field", "march", "sunlight", "exchange", "shade", "coarse", "expected error"] {
         assert!(text.contains(word), "{word} in\n{text}");
     }
 }

@@ -94,9 +94,17 @@ pub(super) fn plan(options: &ArgMatches) -> Result<(), Fault> {
     let (scene, _images) = read_scene(scene_path(options)?, Unknown::Kept)?;
     request.check(&scene).map_err(|errors| Fault::fields(&errors))?;
     let choices = Plan::new(&request).explain(&scene, &request);
-    let mut text = format!("{:<8}{:<8}{:<64}{}\n", "stage", "error", "choice", "reason");
-    for Choice { stage, choice, reason, error } in &choices {
-        text.push_str(&format!("{stage:<8}{error:<8}{choice:<64}{reason}\n"));
+    let row = |Choice { stage, choice, reason, error }: &Choice| {
+        [(*stage).to_owned(), format!("{error:.3}"), choice.clone(), reason.clone()]
+    };
+    let mut rows = vec![["stage", "error", "choice", "reason"].map(str::to_owned)];
+    rows.extend(choices.iter().map(row));
+    // Columns as wide as their widest entry.
+    let width = |column: usize| rows.iter().map(|row| row[column].chars().count()).max().unwrap_or(0);
+    let [first, second, third] = [width(0), width(1), width(2)];
+    let mut text = String::new();
+    for [stage, error, choice, reason] in &rows {
+        text.push_str(&format!("{stage:<first$}  {error:<second$}  {choice:<third$}  {reason}\n"));
     }
     text.push_str(&format!("expected error {:.3}, tolerance {}\n", expected_error(&choices), request.tolerance));
     to_stdout(text.as_bytes())
