@@ -23,6 +23,9 @@ use pair::Pair;
 use rings::Rings;
 use solve::{Inputs, Solved};
 
+/// Planes closer than this, in texels, touch: light goes from one to the other where it is.
+pub const TOUCHING_TEXELS: f64 = fourier::TOUCHING;
+
 /// What is to be solved. Maps are rows of `side` texels, `side * side` in all; colours are red, green, blue.
 #[derive(Clone, Copy, Debug)]
 pub struct Problem<'a> {

@@ -535,3 +535,36 @@ fn energy_of_a_stack_over_ground_balances() {
         assert!((leaving / entering - 1.0).abs() < 2e-6, "{leaving} for {entering}");
     }
 }
+
+/// Planes that touch exchange light in place; those that nearly do are not far from it.
+#[test]
+fn touching_planes_exchange_in_place() {
+    let side = 32;
+    let texel = |i: usize, a: f32, b: f32| [a + (b - a) * ((i * 7919) % 101) as f32 / 101.0; 3];
+    let albedo: Vec<_> = (0..side * side).map(|i| texel(i, 0.0, 1.0)).collect();
+    let not_reflected: Vec<_> = (0..side * side).map(|i| texel(i + 5, 0.1, 1.0)).collect();
+    let diffuse: Vec<_> = (0..side * side).map(|i| texel(i + 9, 0.2, 0.9)).collect();
+    let beam = vec![[0.3; 3]; side * side];
+    let solve = |height_texels: f64| {
+        let problem = Problem {
+            side,
+            height_texels,
+            albedo: &albedo,
+            beam: &beam,
+            diffuse: &diffuse,
+            not_reflected: &not_reflected,
+        };
+        exchange(&problem, Kernel::Fourier, Solver::ConjugateGradients { passes: 60 }, 1e-9).irradiance
+    };
+    let touching = solve(0.0);
+    for i in 0..side * side {
+        let (a, kept) = (f64::from(albedo[i][0]), f64::from(not_reflected[i][0]));
+        let exact = f64::from(beam[i][0] + diffuse[i][0]) / (1.0 - a + a * kept);
+        assert!((f64::from(touching[i][0]) / exact - 1.0).abs() < 1e-5, "{} not {exact}", touching[i][0]);
+    }
+    let near = solve(0.002);
+    let mean = touching.iter().map(|light| f64::from(light[0])).sum::<f64>() / (side * side) as f64;
+    let square = near.iter().zip(&touching).map(|(a, b)| f64::from(a[0] - b[0]).powi(2)).sum::<f64>();
+    // The shortest waves lose 2e-4 each way, and light goes to and fro several times.
+    assert!((square / (side * side) as f64).sqrt() < 2e-3 * mean);
+}

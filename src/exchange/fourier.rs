@@ -39,9 +39,13 @@ pub(super) fn transfer(x: f64) -> f64 {
     x.sqrt() * (-x).exp() * polynomial(2.0 / x, &rest)
 }
 
+/// Planes closer than this, in texels, touch: the shortest wave of the grid loses less than 1e-4 between them.
+pub(super) const TOUCHING: f64 = 0.001;
+
 /// The kernel on a grid.
 pub(super) struct Fourier {
     side: usize,
+    touching: bool,
     forward: Arc<dyn Fft<f64>>,
     inverse: Arc<dyn Fft<f64>>,
     /// Transfer of the waves of 0 to side / 2 cycles a domain along each axis.
@@ -61,11 +65,14 @@ impl Fourier {
                 table[x * cycles + y] = value;
             }
         }
-        Self { side, forward, inverse, transfer: table }
+        Self { side, touching: height_texels < TOUCHING, forward, inverse, transfer: table }
     }
 
     /// `K field`.
     pub(super) fn gather(&self, field: &mut [Pair]) {
+        if self.touching {
+            return;
+        }
         let mut spare = vec![Pair::default(); field.len()];
         self.spectrum(&self.forward, field, &mut spare);
         self.scale(&mut spare, |value, transfer| value * transfer);
@@ -76,6 +83,10 @@ impl Fourier {
     /// overwritten.
     pub(super) fn lose(&self, field: &mut [Pair], not_reflected: &[Pair], spare: &mut [Vec<Pair>; 2]) {
         let [waves, base] = spare;
+        if self.touching {
+            field.iter_mut().zip(not_reflected).for_each(|(light, part)| *light = times(*light, *part));
+            return;
+        }
         self.spectrum(&self.forward, field, waves);
         base.copy_from_slice(waves);
         self.scale(base, |value, transfer| value * transfer);

@@ -1,5 +1,6 @@
 //! How fine the maps of sunlight and the grid of the exchange are.
 
+use crate::exchange::TOUCHING_TEXELS;
 use crate::plan::Plan;
 
 /// Texels a side of the maps of sunlight and of the exchange grid, at least where anything varies, and at most.
@@ -64,8 +65,12 @@ pub(crate) fn grids(scene: &SceneShape<'_>, plan: &Plan) -> Grids {
     // Light between the planes is smooth over the height of the base.
     let per_extent =
         |texels: f64, length_m: f64, most: u32| (texels * scene.extent_m / length_m.max(1e-3)).min(most.into()) as u32;
-    let needed = per_extent(plan.texels_per_height, scene.base_m, MOST_EXCHANGE_TEXELS);
-    let exchange_texels = needed.min(detail).clamp(LEAST_TEXELS, MOST_EXCHANGE_TEXELS).next_power_of_two();
+    // Planes that touch need no transforms, which are dear on fine grids.
+    let finest = detail.clamp(LEAST_TEXELS, MOST_SUN_TEXELS).next_power_of_two();
+    let touching = scene.base_m / scene.extent_m * f64::from(finest) < TOUCHING_TEXELS;
+    let most = if touching { MOST_SUN_TEXELS } else { MOST_EXCHANGE_TEXELS };
+    let needed = per_extent(plan.texels_per_height, scene.base_m, most);
+    let exchange_texels = needed.min(detail).clamp(LEAST_TEXELS, most).next_power_of_two();
     if scene.thickness_texels == 1 {
         return Grids { sun_texels: 1, samples: 1, exchange_texels };
     }
