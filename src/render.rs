@@ -457,7 +457,7 @@ fn lit(
     let layer = |number: usize| light::LayerInputs {
         frame: &moment.layers[number].frame,
         uniform: &frames[number][0],
-        thickness: &fields[number].thickness,
+        field: &fields[number],
         tables: &tables[number].1,
         blur_texels: moment.blur_texels(&moment.layers[number]),
     };

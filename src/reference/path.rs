@@ -17,7 +17,7 @@ pub struct Path {
 }
 
 /// Cloud along the ray that crosses the base plane at `base_uv` and climbs along the unit vector `up`. Cloud fills base to
-/// base + thickness (`map`, metres).
+/// base + thickness (`map`, metres). A ray that would be cut more often than the frame allows goes a shorter way over the map.
 pub fn path_in_layer(map: &Map, frame: &Frame, base_uv: DVec2, up: DVec3) -> Path {
     path_from(map, frame, base_uv, up, 0.0)
 }
@@ -26,13 +26,13 @@ pub fn path_in_layer(map: &Map, frame: &Frame, base_uv: DVec2, up: DVec3) -> Pat
 pub fn path_from(map: &Map, frame: &Frame, start_uv: DVec2, up: DVec3, from_m: f64) -> Path {
     let cosine = up.z.max(MIN_COSINE);
     let (depth_m, max_steps) = (f64::from(frame.depth_m), f64::from(frame.max_steps));
-    let uv_per_metre = dvec2(up.x, -up.y) / (cosine * f64::from(frame.extent_m));
+    let direction = dvec2(up.x, -up.y) / (cosine * f64::from(frame.extent_m));
     let start = start_uv + vec2(frame.offset_uv);
     let size = dvec2(map.width as f64, map.height as f64);
-    let crossings = depth_m * uv_per_metre.abs().dot(size);
-    let texels = size / f64::from(frame.step_texels).max(crossings / max_steps);
-    let place = start * texels - 0.5 * texels / size;
-    let slope = uv_per_metre * texels;
+    let crossings = depth_m * direction.abs().dot(size);
+    let uv_per_metre = direction / (crossings / max_steps).max(1.0);
+    let place = start * size - 0.5;
+    let slope = uv_per_metre * size;
     // Ways up to where the ray meets the next lines, and between lines.
     let pitch = slope.abs().max(DVec2::splat(1e-12)).recip();
     let first =

@@ -20,6 +20,8 @@ pub struct Stages {
     pub field: Option<FieldStages>,
     /// Thickness, metres.
     pub thickness: HostMap,
+    /// Least and greatest thickness of blocks of texels, metres.
+    pub bounds: HostMap,
     /// How far entering light is blurred: standard deviation, texels of the maps of sunlight.
     pub blur_texels: f64,
     /// Irradiance of the cloud's top, relative.
@@ -124,6 +126,7 @@ impl Renderer {
             frame: layer.frame,
             field: field_stages,
             thickness: map(&field.thickness)?,
+            bounds: map(&field.bounds)?,
             blur_texels,
             entry: map(&maps.entry)?,
             entering: map(maps.entering(blur_texels))?,
