@@ -122,6 +122,9 @@ impl Renderer {
             light: Some(own),
         };
         let inputs = shade::Inputs { layers: vec![inputs], gathered: Some(&lit.light.gathered) };
+        let texture = job.request.texture;
+        let sun =
+            shade::is_on_the_ground(texture).then(|| shade::ground_sun(gpu, &inputs, &view, deadline)).transpose()?;
         Ok(Stages {
             frame: layer.frame,
             field: field_stages,
@@ -147,7 +150,7 @@ impl Renderer {
             closure: map(&closure_target)?,
             slice,
             tables: Arc::clone(tables),
-            output: shade::band(gpu, job.request.texture, &inputs, &view, deadline)?,
+            output: shade::band(gpu, texture, &inputs, sun.as_ref(), &view, deadline)?,
             view,
             columns: lit.columns,
         })
