@@ -1,4 +1,4 @@
-//! Time of each stage at 256, 512 and 1024 texels a side, in one run, and the same per texel.
+//! Time of a whole frame, and of each stage at 256, 512 and 1024 texels a side, in one run, the latter also per texel.
 #![allow(
     clippy::unwrap_used,
     clippy::expect_used,
@@ -13,7 +13,7 @@ use skyloom::render::{Job, Renderer, RendererOptions, Watch, encode};
 use skyloom::request::Request;
 use skyloom::scene::Scene;
 use skyloom::tables::{Detail, MixTables, TableLibrary};
-use std::collections::HashMap;
+use std::collections::{BTreeMap, HashMap};
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -156,6 +156,47 @@ fn stages(criterion: &mut Criterion) {
     }
 }
 
+/// Textures that a frame is made of.
+const FRAME: [&str; 3] = ["irradiance", "shadow", "cloud"];
+const FRAME_SIDE: u32 = 512;
+
+/// A frame at a new time: field from a checkpoint, light, and every texture, at the default tolerance.
+fn whole_frame(criterion: &mut Criterion) {
+    let mut renderer = Renderer::new(&RendererOptions::default()).expect("a Vulkan driver");
+    let library = TableLibrary::new(None);
+    let mut run = 0;
+    let mut stages: BTreeMap<(&str, &str), Vec<Duration>> = BTreeMap::new();
+    let mut group = criterion.benchmark_group("whole frame");
+    group.bench_function(BenchmarkId::from_parameter(FRAME_SIDE), |bench| {
+        bench.iter_custom(|count| {
+            let mut total = Duration::ZERO;
+            for _ in 0..count {
+                run += 1;
+                let time = [("time", (4.0 * f64::from(run)).to_string())];
+                for texture in FRAME {
+                    let job = job(&library, FRAME_SIDE, (1, 1.5), (texture, "f32"), &time);
+                    for (stage, time) in renderer.render(&job, &Watch::default()).unwrap().timings {
+                        stages.entry((texture, stage)).or_default().push(time);
+                        total += time;
+                    }
+                }
+            }
+            total
+        });
+    });
+    group.finish();
+    let median = |times: &mut Vec<Duration>| {
+        times.sort();
+        times[times.len() / 2].as_secs_f64() * 1e3
+    };
+    let mut medians: Vec<_> = stages.iter_mut().map(|(name, times)| (median(times), name)).collect();
+    medians.sort_by(|a, b| b.0.total_cmp(&a.0));
+    println!("\nmedian ms of a frame of {FRAME_SIDE} x {FRAME_SIDE}, slowest first");
+    for (time, (texture, stage)) in medians {
+        println!("{:<24}{time:>8.2}", format!("{texture}, {stage}"));
+    }
+}
+
 fn encoders(criterion: &mut Criterion) {
     let mut renderer = Renderer::new(&RendererOptions::default()).expect("a Vulkan driver");
     let library = TableLibrary::new(None);
@@ -196,6 +237,6 @@ fn mixes(criterion: &mut Criterion) {
 criterion_group! {
     name = benches;
     config = Criterion::default().sample_size(20).warm_up_time(Duration::from_millis(500)).measurement_time(Duration::from_secs(2));
-    targets = stages, encoders, mixes
+    targets = whole_frame, stages, encoders, mixes
 }
 criterion_main!(benches);

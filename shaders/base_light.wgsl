@@ -3,17 +3,18 @@
 // enters around them: the map of entry, blurred where the cloud is thick against the transport length.
 @group(0) @binding(0) var<uniform> frame: Frame;
 @group(0) @binding(1) var thickness: texture_2d<f32>;
-@group(0) @binding(2) var transmittance: texture_2d<f32>;
-@group(0) @binding(3) var reflectance: texture_2d<f32>;
-@group(0) @binding(4) var entry: texture_2d<f32>;
-@group(0) @binding(5) var blurred: texture_2d<f32>;
-@group(0) @binding(6) var above: texture_2d<f32>;
-@group(0) @binding(7) var repeat: sampler;
-@group(0) @binding(8) var clamped: sampler;
-@group(0) @binding(9) var beam_out: texture_storage_2d<rgba32float, write>;
-@group(0) @binding(10) var tilted_out: texture_storage_2d<rgba32float, write>;
-@group(0) @binding(11) var entered_out: texture_storage_2d<rgba32float, write>;
-@group(0) @binding(12) var reflected_out: texture_storage_2d<rgba32float, write>;
+@group(0) @binding(2) var bounds: texture_2d<f32>;
+@group(0) @binding(3) var transmittance: texture_2d<f32>;
+@group(0) @binding(4) var reflectance: texture_2d<f32>;
+@group(0) @binding(5) var entry: texture_2d<f32>;
+@group(0) @binding(6) var blurred: texture_2d<f32>;
+@group(0) @binding(7) var above: texture_2d<f32>;
+@group(0) @binding(8) var repeat: sampler;
+@group(0) @binding(9) var clamped: sampler;
+@group(0) @binding(10) var beam_out: texture_storage_2d<rgba32float, write>;
+@group(0) @binding(11) var tilted_out: texture_storage_2d<rgba32float, write>;
+@group(0) @binding(12) var entered_out: texture_storage_2d<rgba32float, write>;
+@group(0) @binding(13) var reflected_out: texture_storage_2d<rgba32float, write>;
 
 // Light spreads in clouds deeper than a third of a transport length (measured against Monte Carlo in three dimensions).
 const SPREADING: f32 = 3.0;
@@ -42,7 +43,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         let column_m = height_m / frame.sun.w;
         var path_m = column_m;
         if frame.columns == 0u {
-            path_m = path_in_layer(thickness, repeat, frame, uv, frame.sun.xyz).length_m;
+            path_m = path_in_layer(thickness, bounds, repeat, frame, uv, frame.sun.xyz).length_m;
         }
         let along = sun_through(path_m);
         beam += along.beam;

@@ -5,17 +5,18 @@
 @group(0) @binding(0) var<uniform> frame: Frame;
 @group(0) @binding(1) var<uniform> view: View;
 @group(0) @binding(2) var thickness: texture_2d<f32>;
-@group(0) @binding(3) var transmittance: texture_2d<f32>;
-@group(0) @binding(4) var reflectance: texture_2d<f32>;
-@group(0) @binding(5) var phase: texture_2d<f32>;
-@group(0) @binding(6) var from_below: texture_2d<f32>;
-@group(0) @binding(7) var from_above: texture_2d<f32>;
-@group(0) @binding(8) var sun_share: texture_2d<f32>;
-@group(0) @binding(9) var repeat: sampler;
-@group(0) @binding(10) var clamped: sampler;
-@group(0) @binding(11) var<storage, read_write> output: array<f32>;
-@group(0) @binding(12) var closure: texture_2d<f32>;
-@group(0) @binding(13) var aureole: texture_2d<f32>;
+@group(0) @binding(3) var bounds: texture_2d<f32>;
+@group(0) @binding(4) var transmittance: texture_2d<f32>;
+@group(0) @binding(5) var reflectance: texture_2d<f32>;
+@group(0) @binding(6) var phase: texture_2d<f32>;
+@group(0) @binding(7) var from_below: texture_2d<f32>;
+@group(0) @binding(8) var from_above: texture_2d<f32>;
+@group(0) @binding(9) var sun_share: texture_2d<f32>;
+@group(0) @binding(10) var repeat: sampler;
+@group(0) @binding(11) var clamped: sampler;
+@group(0) @binding(12) var<storage, read_write> output: array<f32>;
+@group(0) @binding(13) var closure: texture_2d<f32>;
+@group(0) @binding(14) var aureole: texture_2d<f32>;
 
 // Rows of the closure texture: factors of orders 1 and 2 and the flux of the higher ones; first reflected light.
 const CLOSURE_ROWS: f32 = 6.0;

@@ -3,13 +3,14 @@
 @group(0) @binding(0) var<uniform> frame: Frame;
 @group(0) @binding(1) var<uniform> view: View;
 @group(0) @binding(2) var thickness: texture_2d<f32>;
-@group(0) @binding(3) var transmittance: texture_2d<f32>;
-@group(0) @binding(4) var repeat: sampler;
-@group(0) @binding(5) var clamped: sampler;
+@group(0) @binding(3) var bounds: texture_2d<f32>;
+@group(0) @binding(4) var transmittance: texture_2d<f32>;
+@group(0) @binding(5) var repeat: sampler;
+@group(0) @binding(6) var clamped: sampler;
 // rgb: parts left of the beam with its 5-degree peak; w: the same at 550 nm, however little comes through in all.
-@group(0) @binding(6) var<storage, read_write> beam: array<vec4<f32>>;
+@group(0) @binding(7) var<storage, read_write> beam: array<vec4<f32>>;
 // rgb: unscattered parts; w: at 550 nm.
-@group(0) @binding(7) var<storage, read_write> unscattered: array<vec4<f32>>;
+@group(0) @binding(8) var<storage, read_write> unscattered: array<vec4<f32>>;
 
 @compute @workgroup_size(16, 16)
 fn main(@builtin(global_invocation_id) id: vec3<u32>) {
@@ -27,7 +28,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
             // From the shift of the disc's middle, which the host wraps in double precision.
             let apart = (towards.xy / cosine - frame.sun.xy / frame.sun.w) * (frame.base_m / frame.extent_m);
             let base_uv = uv + frame.shift_uv + select(vec2<f32>(0.0), vec2<f32>(apart.x, -apart.y), frame.discs > 1u);
-            let path_m = path_in_layer(thickness, repeat, frame, base_uv, towards).length_m;
+            let path_m = path_in_layer(thickness, bounds, repeat, frame, base_uv, towards).length_m;
             with_peak += vec4<f32>(sun_through(path_m).beam, exp(-frame.beam.w * frame.extinction.w * path_m));
             without += exp(-frame.extinction * path_m);
             count += 1.0;

@@ -3,8 +3,9 @@
 // beam. 0 where there is no cloud.
 @group(0) @binding(0) var<uniform> frame: Frame;
 @group(0) @binding(1) var thickness: texture_2d<f32>;
-@group(0) @binding(2) var repeat: sampler;
-@group(0) @binding(3) var entry_out: texture_storage_2d<r32float, write>;
+@group(0) @binding(2) var bounds: texture_2d<f32>;
+@group(0) @binding(3) var repeat: sampler;
+@group(0) @binding(4) var entry_out: texture_storage_2d<r32float, write>;
 
 // A face at grazing sun gets up to 1 / cosine: bounded, so that no single texel outshines the map.
 const MOST: f32 = 30.0;
@@ -31,7 +32,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
             let facing = 1.0 - dot(slope, frame.sun.xy) / frame.sun.w;
             var seen = 1.0;
             if frame.columns == 0u && facing > 0.0 {
-                let path = path_from(thickness, repeat, frame, uv, frame.sun.xyz, height_m);
+                let path = path_from(thickness, bounds, repeat, frame, uv, frame.sun.xyz, height_m);
                 seen = exp(-frame.beam.w * frame.extinction.w * path.length_m);
             }
             sum += select(seen * clamp(facing, 0.0, MOST), 1.0, frame.columns == 1u);

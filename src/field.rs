@@ -13,7 +13,7 @@ mod spectrum;
 mod synthetic;
 mod transfer;
 
-use crate::gpu::layout::{Blend, Eddies, Histogram, Step};
+use crate::gpu::layout::{BOUNDS_TEXELS, Blend, Eddies, Histogram, Step};
 use crate::gpu::{Bind, Gpu, GpuError, HostMap, Target, shaders};
 use crate::image::Image;
 use crate::scene::quantity::Quantity as _;
@@ -28,6 +28,8 @@ pub use transfer::{Distribution, Transfer, calibrate, remap};
 /// A thickness map on the device.
 pub(crate) struct Field {
     pub(crate) thickness: Target,
+    /// Least and greatest thickness of blocks of texels.
+    pub(crate) bounds: Target,
     /// Greatest thickness, metres.
     pub(crate) depth_m: f32,
     /// Greatest thickness at any time, metres: the height of the plane that views from above refer to.
@@ -35,6 +37,13 @@ pub(crate) struct Field {
 }
 
 impl Field {
+    /// A field of a map that lies on the device.
+    fn of(gpu: &Gpu, thickness: Target, greatest_m: f32, deadline: Option<Instant>) -> Result<Self, GpuError> {
+        let bounds = bounds(gpu, &thickness);
+        gpu.run("field_bounds", deadline, |pass| find_bounds(gpu, pass, &thickness, &bounds))?;
+        Ok(Self { thickness, bounds, depth_m: greatest_m, top_m: greatest_m })
+    }
+
     /// Whether the map is the same everywhere.
     pub(crate) fn is_uniform(&self) -> bool {
         self.thickness.width * self.thickness.height == 1
@@ -166,11 +175,10 @@ impl Source {
         deadline: Option<Instant>,
     ) -> Result<Field, GpuError> {
         match &self.kind {
-            Kind::Uniform(metres) => Ok(uploaded(gpu, [1, 1], &[*metres])),
+            Kind::Uniform(metres) => uniform(gpu, *metres, deadline),
             // An image that does not move is its own field.
             Kind::Image(picture) if self.motion.is_none() => {
-                let thickness = picture.image.clone();
-                Ok(Field { thickness, depth_m: picture.greatest_m, top_m: picture.greatest_m })
+                Field::of(gpu, picture.image.clone(), picture.greatest_m, deadline)
             }
             Kind::Synthetic(_) | Kind::Image(_) => Ok(self.make(gpu, time_s, offset_uv, deadline)?.field),
         }
@@ -213,7 +221,7 @@ impl Source {
                 Ok(Made { field, displaced, blend, histogram, bins, synthetic: None })
             }
             Kind::Uniform(metres) => {
-                let field = uploaded(gpu, [1, 1], &[*metres]);
+                let field = uniform(gpu, *metres, deadline)?;
                 let (blend, histogram) = (Blend::default(), Histogram::default());
                 Ok(Made { field, displaced, blend, histogram, bins, synthetic: None })
             }
@@ -322,6 +330,7 @@ impl Picture {
         let blended = Distribution { counts: read_bins(gpu, bins, deadline)?, ..self.own.clone() };
         let edges = gpu.storage_from("edges", &remap(&blended, &self.own));
         let thickness = gpu.texture("thickness", size, 1, 1);
+        let bounds = bounds(gpu, &thickness);
         gpu.run("field_remap", deadline, |pass| {
             let uniform = gpu.uniform("histogram", histogram);
             let binds = [
@@ -331,16 +340,26 @@ impl Picture {
                 Bind::View(&thickness.levels[0]),
             ];
             gpu.dispatch(pass, &shaders::FIELD_REMAP, &binds, size);
+            find_bounds(gpu, pass, &thickness, &bounds);
         })?;
         // Rounding on the device can lift the thickest texel by a few units in the last place.
         let greatest_m = self.greatest_m * (1.0 + 1e-5);
-        Ok(Field { thickness, depth_m: greatest_m, top_m: greatest_m })
+        Ok(Field { thickness, bounds, depth_m: greatest_m, top_m: greatest_m })
     }
 }
 
-fn uploaded(gpu: &Gpu, size: [u32; 2], metres: &[f32]) -> Field {
-    let depth_m = metres.iter().copied().fold(0.0, f32::max);
-    Field { thickness: gpu.texture_from("thickness", size, 1, metres), depth_m, top_m: depth_m }
+fn uniform(gpu: &Gpu, metres: f32, deadline: Option<Instant>) -> Result<Field, GpuError> {
+    Field::of(gpu, gpu.texture_from("thickness", [1, 1], 1, &[metres]), metres, deadline)
+}
+
+/// Room for the bounds of a map's blocks.
+fn bounds(gpu: &Gpu, map: &Target) -> Target {
+    gpu.texture("bounds", [map.width, map.height].map(|side| side.div_ceil(BOUNDS_TEXELS)), 2, 1)
+}
+
+fn find_bounds(gpu: &Gpu, pass: &mut wgpu::ComputePass<'_>, map: &Target, bounds: &Target) {
+    let binds = [Bind::View(&map.view), Bind::View(&bounds.levels[0])];
+    gpu.dispatch(pass, &shaders::FIELD_BOUNDS, &binds, [bounds.width, bounds.height]);
 }
 
 /// Workgroups that count: enough for every core of a device, and few enough that adding up their bins costs little.

@@ -10,6 +10,7 @@ mod between;
 mod plan;
 mod sunlight;
 
+use crate::field::Field;
 use crate::gpu::layout::{Frame, Share};
 use crate::gpu::{Gpu, GpuError, HostMap, Target};
 use crate::request::Transport;
@@ -43,7 +44,7 @@ pub(crate) struct Light {
 pub(crate) struct LayerInputs<'a> {
     pub(crate) frame: &'a Frame,
     pub(crate) uniform: &'a wgpu::Buffer,
-    pub(crate) thickness: &'a Target,
+    pub(crate) field: &'a Field,
     pub(crate) tables: &'a DeviceTables,
     /// Spread of light between where it enters and where it leaves: standard deviation, texels of the maps of sunlight.
     pub(crate) blur_texels: f64,

@@ -16,9 +16,6 @@ pub const ERROR_OF_DETAIL: [(Detail, f64); 3] =
     [(Detail::Coarse, 0.03), (Detail::Fine, 0.006), (Detail::Finest, 0.002)];
 /// The same of the method "analytic".
 pub const ERROR_OF_ANALYTIC: f64 = 0.9;
-/// Tolerances from which a march cuts its ray at every fourth or second line between texels instead of at each, where it
-/// is exact.
-const LONG_STEPS: [(f64, f32); 2] = [(0.25, 4.0), (0.08, 2.0)];
 /// Part of the tolerance that the exchange between cloud and ground may leave.
 const EXCHANGE_SHARE: f64 = 0.05;
 /// Tolerance from which the exchange grid may be half as fine.
@@ -58,8 +55,6 @@ pub struct Plan {
     pub method: Method,
     /// Size of the radiance tables, if any are used.
     pub detail: Option<Detail>,
-    /// Lines between texels of the thickness map from one cut of a marched ray to the next; with 1 the march is exact.
-    pub step_texels: f32,
     /// How sunlight is carried through uneven cloud.
     pub transport: Transport,
     /// Samples a side of the thickness map in one texel of the maps of sunlight, at most.
@@ -100,7 +95,6 @@ impl Plan {
         Self {
             method,
             detail: uses_tables.then_some(detail),
-            step_texels: LONG_STEPS.iter().find(|(least, _)| tolerance >= *least).map_or(1.0, |(_, step)| *step),
             transport: request.transport.unwrap_or(if tolerance >= ONE_MARCH {
                 Transport::Tilted
             } else {
@@ -114,8 +108,8 @@ impl Plan {
 
     /// What of the plan touches the light between cloud and ground.
     pub(crate) fn light_key(&self) -> String {
-        let Self { step_texels, transport, most_samples, texels_per_height, exchange_change, .. } = self;
-        format!("{step_texels} {transport:?} {most_samples} {texels_per_height} {exchange_change}")
+        let Self { transport, most_samples, texels_per_height, exchange_change, .. } = self;
+        format!("{transport:?} {most_samples} {texels_per_height} {exchange_change}")
     }
 
     /// The plan in words, stage by stage, for a scene.
@@ -143,23 +137,12 @@ impl Plan {
             };
             add("field", choice, reason.to_owned(), 0.0);
         }
-        let march = match self.step_texels as u32 {
-            _ if uniform => "closed form".to_owned(),
-            1 => "cut at every texel: exact up to 1024 cuts".to_owned(),
-            lines => format!("cut at every {lines} texels"),
+        let (march, error) = match uniform {
+            true => ("closed form", 0.0),
+            // Exact but for rounding.
+            false => ("cut at every texel: exact up to 1024 cuts", 0.001),
         };
-        add(
-            "march",
-            march,
-            "optical depth along sun and view rays".to_owned(),
-            match self.step_texels as u32 {
-                _ if uniform => 0.0,
-                // Exact but for rounding.
-                1 => 0.001,
-                2 => 0.03,
-                _ => 0.08,
-            },
-        );
+        add("march", march.to_owned(), "optical depth along sun and view rays".to_owned(), error);
         if matches!(request.texture, TextureKind::Cloud | TextureKind::Irradiance) {
             let dark =
                 matches!(&scene.ground.albedo, GroundAlbedo::Uniform(albedo) if albedo.iter().all(|a| a.get() == 0.0));

@@ -16,6 +16,7 @@ pub mod cloud_analytic;
 pub mod cloud_tabulated;
 pub mod downsample;
 pub mod field_blend;
+pub mod field_bounds;
 pub mod field_cells;
 pub mod field_displace;
 pub mod field_histogram;

@@ -17,7 +17,7 @@ use crate::plan::field_resolution;
 use crate::request::{self, Format, Method, Request, Side, TextureKind, Viewer};
 use crate::scene::quantity::Quantity as _;
 use crate::scene::{FieldError, Scene};
-use crate::shade;
+use crate::shade::{self, GroundSun};
 use crate::slice::{self, DeviceSlice, DeviceTables, HostSlice, HostTables};
 use crate::tables::{Detail, MixTables};
 use kept::Kept;
@@ -155,6 +155,7 @@ pub struct Renderer {
     closures: Kept<Arc<Target>>,
     slices: Kept<Arc<DeviceSlice>>,
     lights: Kept<Arc<Light>>,
+    beams: Kept<Arc<GroundSun>>,
 }
 
 impl std::fmt::Debug for Renderer {
@@ -165,6 +166,8 @@ impl std::fmt::Debug for Renderer {
 
 /// Scenes, suns and moments whose results stay on the device.
 const KEPT: usize = 16;
+/// The same of the sun's beam on the ground, 16 MiB at most each: shadow and irradiance of a moment follow one another.
+const KEPT_BEAMS: usize = 4;
 
 impl Renderer {
     /// Opens the best adapter, compiles every shader, tests the driver and renders one small sky, so that the first
@@ -182,6 +185,7 @@ impl Renderer {
             closures: Kept::new(KEPT),
             slices: Kept::new(KEPT),
             lights: Kept::new(KEPT),
+            beams: Kept::new(KEPT_BEAMS),
         };
         renderer.warm_up().map_err(|e| GpuError::Failed(e.to_string()))?;
         Ok(renderer)
@@ -291,7 +295,7 @@ impl Renderer {
             gathered: light.as_deref().map(|light| &light.gathered),
         };
         let view = view(job, size, &moment)?;
-        let mut data = clock.time("shade", || self.bands(needs, &inputs, &view, moment.cuts(&view, needs), watch))?;
+        let mut data = clock.time("shade", || self.bands(job, &inputs, &view, &moment, watch))?;
         let mut standard_error = None;
         if by_monte_carlo {
             let thickness = self.gpu.read_map(&fields[0].thickness, 0, watch.deadline)?;
@@ -304,19 +308,30 @@ impl Renderer {
     }
 
     fn bands(
-        &self,
-        texture: TextureKind,
+        &mut self,
+        job: &Job,
         inputs: &shade::Inputs<'_>,
         view: &View,
-        cuts: f64,
+        moment: &frame::Moment,
         watch: &Watch,
     ) -> Result<Vec<f32>, RenderError> {
-        let rows = shade::band_rows(view.size, cuts);
+        let texture = job.request.texture;
+        let rows = shade::band_rows(view.size, moment.cuts(view, texture));
         let mut data = Vec::with_capacity(view.size as usize * view.size as usize * texture.channels().len());
         for first_row in (0..view.size).step_by(rows as usize) {
             watch.look()?;
             let band = View { first_row, rows: rows.min(view.size - first_row), ..*view };
-            data.extend(shade::band(&self.gpu, texture, inputs, &band, watch.deadline)?);
+            let make = || Ok::<_, RenderError>(Arc::new(shade::ground_sun(&self.gpu, inputs, &band, watch.deadline)?));
+            let sun = match shade::is_on_the_ground(texture) {
+                // Bands of larger textures would only push each other out.
+                true if rows == view.size => {
+                    let key = format!("{} {} {} {:?}", job.scene.id(), moment.time_key(job), view.size, drawn(job));
+                    Some(self.beams.get_or(&key, make)?)
+                }
+                true => Some(make()?),
+                false => None,
+            };
+            data.extend(shade::band(&self.gpu, texture, inputs, sun.as_deref(), &band, watch.deadline)?);
         }
         Ok(data)
     }
@@ -458,7 +473,7 @@ fn lit(
     let layer = |number: usize| light::LayerInputs {
         frame: &moment.layers[number].frame,
         uniform: &frames[number][0],
-        thickness: &fields[number].thickness,
+        field: &fields[number],
         tables: &tables[number].1,
         blur_texels: moment.blur_texels(&moment.layers[number]),
     };

@@ -47,18 +47,68 @@ pub(crate) fn band_rows(size: u32, cuts: f64) -> u32 {
     ((texels / f64::from(size)) as u32).clamp(1, size)
 }
 
-/// Makes one band of a texture: `view.rows` rows from `view.first_row`.
+/// What the layers leave of the sun's beam at each texel of a band on the ground.
+pub(crate) struct GroundSun {
+    /// With its 5-degree peak.
+    beam: wgpu::Buffer,
+    unscattered: wgpu::Buffer,
+}
+
+/// Marches towards the sun from each texel of a band.
+pub(crate) fn ground_sun(
+    gpu: &Gpu,
+    inputs: &Inputs<'_>,
+    view: &View,
+    deadline: Option<Instant>,
+) -> Result<GroundSun, GpuError> {
+    let count = 4 * view.size as usize * view.rows as usize;
+    let sun = GroundSun { beam: gpu.storage("beam", count), unscattered: gpu.storage("unscattered", count) };
+    let views = uniforms(gpu, view);
+    let dispatches = each(&inputs.layers, &views, |layer, view| {
+        let tables =
+            layer.tables.ok_or_else(|| GpuError::Failed("the sun was followed before its tables".to_owned()))?;
+        let binds = vec![
+            Bind::Buffer(layer.frame),
+            view,
+            Bind::View(&layer.field.thickness.view),
+            Bind::View(&layer.field.bounds.view),
+            Bind::View(&tables.transmittance.view),
+            Bind::Sampler(&gpu.repeat),
+            Bind::Sampler(&gpu.clamp),
+            Bind::Buffer(&sun.beam),
+            Bind::Buffer(&sun.unscattered),
+        ];
+        Ok((&shaders::GROUND_SUN, binds))
+    })?;
+    gpu.run("ground_sun", deadline, |pass| {
+        dispatches.iter().for_each(|(shader, binds)| gpu.dispatch(pass, shader, binds, [view.size, view.rows]));
+    })?;
+    Ok(sun)
+}
+
+/// Uniforms of a view: for layers behind others, and for the first.
+fn uniforms(gpu: &Gpu, view: &View) -> [wgpu::Buffer; 2] {
+    [0, 1].map(|first| gpu.uniform("view", &View { first, ..*view }))
+}
+
+/// Whether a texture is made from what the layers leave of the beam on the ground.
+pub(crate) fn is_on_the_ground(texture: TextureKind) -> bool {
+    matches!(texture, TextureKind::Shadow | TextureKind::Irradiance)
+}
+
+/// Makes one band of a texture: `view.rows` rows from `view.first_row`. `sun` is that of the band, for textures on the ground.
 pub(crate) fn band(
     gpu: &Gpu,
     texture: TextureKind,
     inputs: &Inputs<'_>,
+    sun: Option<&GroundSun>,
     view: &View,
     deadline: Option<Instant>,
 ) -> Result<Vec<f32>, GpuError> {
     let texels = view.size as usize * view.rows as usize;
     let count = texels * texture.channels().len();
     let output = gpu.storage("output", count);
-    let views = [0, 1].map(|first| gpu.uniform("view", &View { first, ..*view }));
+    let views = uniforms(gpu, view);
     let size = [view.size, view.rows];
     let missing = || GpuError::Failed(format!("{} was shaded before its light", texture.name()));
     let dispatches: Vec<(&Shader, Vec<Bind<'_>>)> = match texture {
@@ -69,23 +119,17 @@ pub(crate) fn band(
             Ok((&shaders::THICKNESS, binds))
         })?,
         TextureKind::Shadow | TextureKind::Irradiance => {
-            let sun = [gpu.storage("beam", 4 * texels), gpu.storage("unscattered", 4 * texels)];
-            let marches = each(&inputs.layers, &views, |layer, view| {
-                Ok((&shaders::GROUND_SUN, ground_sun(gpu, layer, view, &sun).ok_or_else(missing)?))
-            })?;
+            let sun = sun.ok_or_else(missing)?;
             let frame = Bind::Buffer(inputs.layers.first().ok_or_else(missing)?.frame);
-            let mut binds = vec![frame, Bind::Buffer(&views[1]), Bind::Buffer(&sun[0]), Bind::Buffer(&sun[1])];
+            let mut binds =
+                vec![frame, Bind::Buffer(&views[1]), Bind::Buffer(&sun.beam), Bind::Buffer(&sun.unscattered)];
             let shader = if texture == TextureKind::Shadow { &shaders::SHADOW } else { &shaders::IRRADIANCE };
             if texture == TextureKind::Irradiance {
                 let gathered = inputs.gathered.ok_or_else(missing)?;
                 binds.extend([Bind::View(&gathered.view), Bind::Sampler(&gpu.repeat)]);
             }
             binds.push(Bind::Buffer(&output));
-            gpu.run(texture.name(), deadline, |pass| {
-                marches.iter().for_each(|(shader, binds)| gpu.dispatch(pass, shader, binds, size));
-                gpu.dispatch(pass, shader, &binds, size);
-            })?;
-            return gpu.read(&output, count, deadline);
+            vec![(shader, binds)]
         }
         TextureKind::Cloud => each(&inputs.layers, &views, |layer, bound| {
             cloud(gpu, layer, bound, view.from_above == 1, &output).ok_or_else(missing)
@@ -109,24 +153,6 @@ where
     layers.iter().enumerate().map(|(i, layer)| make(layer, Bind::Buffer(&views[usize::from(i == 0)]))).collect()
 }
 
-fn ground_sun<'b>(
-    gpu: &'b Gpu,
-    layer: &'b LayerInputs<'b>,
-    view: Bind<'b>,
-    sun: &'b [wgpu::Buffer; 2],
-) -> Option<Vec<Bind<'b>>> {
-    Some(vec![
-        Bind::Buffer(layer.frame),
-        view,
-        Bind::View(&layer.field.thickness.view),
-        Bind::View(&layer.tables?.transmittance.view),
-        Bind::Sampler(&gpu.repeat),
-        Bind::Sampler(&gpu.clamp),
-        Bind::Buffer(&sun[0]),
-        Bind::Buffer(&sun[1]),
-    ])
-}
-
 fn cloud<'b>(
     gpu: &'b Gpu,
     layer: &'b LayerInputs<'b>,
@@ -139,6 +165,7 @@ fn cloud<'b>(
         Bind::Buffer(layer.frame),
         view,
         Bind::View(&layer.field.thickness.view),
+        Bind::View(&layer.field.bounds.view),
         Bind::View(&tables.transmittance.view),
         Bind::View(&tables.reflectance.view),
         Bind::View(&tables.phase.view),

@@ -217,6 +217,7 @@ fn check_field(stages: &Stages) {
     }
     assert_eq!(device, twin);
 
+    check_bounds(stages);
     let Some(synthetic) = &field.synthetic else { return };
     // Thickness is a root: near the edge of a cloud, a rounding of the water path is a large part of it. Its square is
     // the water path itself.
@@ -234,6 +235,12 @@ fn check_field(stages: &Stages) {
         .map(|(gaussian, square)| scale * WATER_EXP * water(gaussian) + WATER_REL * square)
         .collect();
     check_each("field_thickness, squared", &device, &square, &allowed);
+}
+
+fn check_bounds(stages: &Stages) {
+    let twin = reference::field_bounds::main(&map(&stages.thickness));
+    // Least and greatest values are not rounded.
+    check_map("field_bounds", &stages.bounds, &twin, Tolerance::new(0.0, 0.0));
 }
 
 /// Light of the layer's maps: every pass is fed with what the device itself had.
@@ -427,7 +434,8 @@ fn check_cloud(stages: &Stages) {
     // Where the ray meets the cloud is known as well as its path is: a step of the share map, and of the light's.
     let reach = reach_uv(frame, cosine);
     let places = place_error(&from_below, reach) + place_error(&from_above, reach);
-    let shares = place_error(&sun_share, reach) / largest(&sun_share).max(1e-30);
+    // It is a mean over the ray's pieces, which are rounded as the ray is: once more.
+    let shares = 2.0 * place_error(&sun_share, reach) / largest(&sun_share).max(1e-30);
     let tolerance = Tolerance::new(CANCEL * light.max(1.0) + places, {
         shares + if stages.slice.is_some() { SLICE_REL } else { TABLE_REL }
     });
@@ -503,6 +511,21 @@ fn shadows() {
         for peak in ["true", "false"] {
             eprintln!("sun at {}, peak {peak}", sky.zenith_deg);
             check_shadow(&sky.stages("shadow", &[("peak", peak), ("time", "300"), ("size", "96")]));
+        }
+    }
+}
+
+#[test]
+fn shadows_of_images_of_any_size() {
+    for (number, size) in sky::WAVES_SIZES.iter().enumerate() {
+        for zenith_deg in [0.0, 60.0, 85.0, 89.9, 89.9999] {
+            eprintln!("{size:?}, sun at {zenith_deg}");
+            let sky = Sky { thickness: sky::waves_of(number), ..Sky::hazy(zenith_deg) };
+            let query = [("time", "300"), ("size", "96")];
+            let stages = sky.stages("shadow", &query);
+            check_bounds(&stages);
+            check_shadow(&stages);
+            check_shadow(&unfiltered().inspect(&sky.job("shadow", &query), &Watch::default()).unwrap());
         }
     }
 }

@@ -8,7 +8,7 @@
 // The ray of a texel.
 struct ViewRay {
     seen: vec3<f32>,    // towards the viewer
-    hit_uv: vec2<f32>,  // where it meets the cloud, seen from the viewer
+    hit_uv: vec2<f32>,  // where it shows the cloud: mean of what the viewer sees along it
     cosine: f32,        // of its zenith
     path_m: f32,        // length of cloud along it
     depth: f32,         // optical depth of the slab at 550 nm
@@ -25,7 +25,7 @@ fn view_ray(pixel: vec2<u32>) -> ViewRay {
     let up = select(-seen, seen, from_above);
     let cosine = clamp(up.z, MIN_COSINE, 1.0);
     let base_uv = domain_uv(position.xy + up.xy / cosine * (frame.base_m - view.plane_m), frame.extent_m);
-    let path = path_in_layer(thickness, repeat, frame, base_uv, up);
+    let path = path_in_layer(thickness, bounds, repeat, frame, base_uv, up);
     let climbed_m = select(path.low_m, path.high_m, from_above) / cosine;
     let hit_uv = base_uv + vec2<f32>(up.x, -up.y) * (climbed_m / frame.extent_m);
     let depth = frame.extinction.w * path.length_m * cosine;

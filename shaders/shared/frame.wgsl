@@ -15,13 +15,13 @@ struct Frame {
     extent_m: f32,
     base_m: f32,
     depth_m: f32,             // no cloud is thicker
-    step_texels: f32,         // of a march through the layer: lines between texels from one cut to the next
-    max_steps: u32,           // of a march
+    max_steps: u32,           // cuts of a ray through the layer
     texels: u32,              // of the maps of sunlight, a side
     samples: u32,             // a side, of the thickness map in one of their texels
     columns: u32,             // 1: each column is lit from straight above, as if its neighbours were like it
     discs: u32,               // places on the sun's disc that are looked at, 1 for a point
     sun_radius: f32,          // angle, radians
+    spare: u32,
 }
 
 // One output texture, or a band of its rows.
@@ -138,6 +138,8 @@ struct Transfer {
 
 // Grazing rays are computed at this cosine at least: 0.006 degrees above the horizon.
 const MIN_COSINE: f32 = 1e-4;
+// Squares between texel centres in a block of a thickness map whose bounds are known, a side: see field_bounds.
+const BOUNDS_TEXELS: u32 = 8u;
 const PI: f32 = 3.14159265358979;
 
 // Place on the domain of a point given in metres; row 0 of a map is the north edge.

@@ -1,23 +1,35 @@
-// Cloud along a ray through the layer: its length, and the heights between which it lies.
+// Cloud along a ray through the layer: its length, and the height at which it is seen.
 //
 // The ray crosses the base plane at base_uv and climbs along up (unit vector, up.z > 0). Cloud fills base to
-// base + thickness, thickness being the bilinear, periodic map. The ray is cut where it crosses the lines between texel
-// centres, on which the map has its kinks. In between, a bilinear map is a parabola along the ray: three samples give it,
-// and the part of the piece counts along which the ray is below it, so the length is exact. Where only every so many
-// lines are taken, or the ray is too long for max_steps, the parabola is an approximation; flat layers stay exact.
+// base + thickness, thickness being the bilinear, periodic map. Between the lines through texel centres a bilinear map is
+// a parabola along the ray: the part of the piece counts along which the ray is below it, so the length is exact.
+//
+// Most pieces need no look at the map: the bounds (field_bounds) of a block of texels tell how far up all of it is cloud,
+// and from where on none of it is.
+//
+// A ray that would be cut more than max_steps times, close to the horizon, is an approximation: it climbs as far on a
+// shorter way over the map, whose clouds stand for those of the whole way. Flat layers stay exact.
 struct Path {
     length_m: f32,
-    low_m: f32,  // heights above the base between which the ray is in cloud
-    high_m: f32,
+    low_m: f32,  // mean height above the base of what is seen of the cloud along the ray, from below
+    high_m: f32, // and from above
 }
 
-fn path_in_layer(map: texture_2d<f32>, repeat: sampler, frame: Frame, base_uv: vec2<f32>, up: vec3<f32>) -> Path {
-    return path_from(map, repeat, frame, base_uv, up, 0.0);
+fn path_in_layer(
+    map: texture_2d<f32>,
+    bounds: texture_2d<f32>,
+    repeat: sampler,
+    frame: Frame,
+    base_uv: vec2<f32>,
+    up: vec3<f32>,
+) -> Path {
+    return path_from(map, bounds, repeat, frame, base_uv, up, 0.0);
 }
 
 // The same for a ray that starts from_m above the base, at start_uv.
 fn path_from(
     map: texture_2d<f32>,
+    bounds: texture_2d<f32>,
     repeat: sampler,
     frame: Frame,
     start_uv: vec2<f32>,
@@ -25,41 +37,92 @@ fn path_from(
     from_m: f32,
 ) -> Path {
     let cosine = max(up.z, MIN_COSINE);
-    let uv_per_metre = vec2<f32>(up.x, -up.y) / (cosine * frame.extent_m);
+    let direction = vec2<f32>(up.x, -up.y) / (cosine * frame.extent_m);
     let start = start_uv + frame.offset_uv;
     let size = vec2<f32>(textureDimensions(map));
-    let crossings = frame.depth_m * dot(abs(uv_per_metre), size);
-    let texels = size / max(frame.step_texels, crossings / f32(frame.max_steps));
-    let place = start * texels - 0.5 * texels / size;
-    let slope = uv_per_metre * texels;
-    // Ways up to where the ray meets the next lines, and between lines; a ray along a line never meets another.
+    let crossings = frame.depth_m * dot(abs(direction), size);
+    let uv_per_metre = direction / max(1.0, crossings / f32(frame.max_steps));
+    // In texels from the first one's centre, in the tile where the ray is. A cell is a square between four centres, named by
+    // its low corner.
+    var place = fract(start) * size - 0.5;
+    let slope = uv_per_metre * size;
+    let forward = slope > vec2<f32>(0.0);
+    // A ray along a line never meets another.
     let pitch = 1.0 / max(abs(slope), vec2<f32>(1e-12));
-    var line = pitch * select(place - ceil(place) + 1.0, floor(place) + 1.0 - place, slope > vec2<f32>(0.0));
+    var cell = select(ceil(place) - 1.0, floor(place), forward);
+    let block_side = f32(BOUNDS_TEXELS);
     let way_m = frame.depth_m - from_m;
+    // Optical depth per metre of height.
+    let per_metre = frame.extinction.w / cosine;
     var sum = 0.0;
-    var low_m = way_m;
-    var high_m = 0.0;
+    var left = 1.0;
+    // Weighted heights and weights.
+    var low = vec2<f32>(0.0);
+    var high = vec2<f32>(0.0);
     var height_m = 0.0;
-    // Height of the cloud's top above the ray.
-    var above = sample_periodic(map, repeat, start, 0u).x - from_m;
-    for (var i = 0u; i < frame.max_steps + 4u && height_m < way_m; i++) {
-        let next_m = min(min(line.x, line.y), way_m);
-        let middle_m = 0.5 * (height_m + next_m);
-        let middle = sample_periodic(map, repeat, start + uv_per_metre * middle_m, 0u).x - from_m - middle_m;
-        let next = sample_periodic(map, repeat, start + uv_per_metre * next_m, 0u).x - from_m - next_m;
-        let inside = path_inside(above, middle, next);
+    // Steps end cells, blocks, or what lies below all tops of a block: fewer of the latter two than half the cells.
+    for (var i = 0u; i < frame.max_steps + frame.max_steps / 2u + 8u && height_m < way_m; i++) {
+        let tiles = size * floor((cell + 0.5) / size);
+        cell -= tiles;
+        place -= tiles;
+        let block = floor(cell / block_side);
+        let between = textureLoad(bounds, vec2<i32>(block), 0).xy - from_m;
+        let below = height_m < between.x;
+        let decided = below || height_m >= between.y;
+        let side = select(1.0, block_side, decided);
+        let corner = select(cell, block * block_side, decided);
+        let end = path_end(place, corner, side, pitch, forward);
+        let next_m = clamp(min(end.x, end.y), height_m, select(way_m, min(between.x, way_m), below));
+        let next_place = place + slope * next_m;
+        // Height of the cloud's top above the ray at both ends, and the part of the piece that is in cloud.
+        var first = select(-1.0, 1.0, below);
+        var last = first;
+        var inside = select(0.0, 1.0, below);
+        if !decided {
+            let texels = gather_periodic(map, repeat, cell);
+            let enters = place + slope * height_m - cell;
+            let leaves = next_place - cell;
+            first = path_bilinear(texels, enters) - from_m - height_m;
+            last = path_bilinear(texels, leaves) - from_m - next_m;
+            let middle = path_bilinear(texels, 0.5 * (enters + leaves)) - from_m - 0.5 * (height_m + next_m);
+            inside = path_inside(first, middle, last);
+        }
         if inside > 0.0 {
             // A ray leaves the piece's cloud at one of its ends, but for a hump or a hollow in the middle.
             let part_m = inside * (next_m - height_m);
             sum += part_m;
-            low_m = min(low_m, select(next_m - part_m, height_m, above > 0.0));
-            high_m = select(height_m + part_m, next_m, next > 0.0);
+            let enter_m = select(next_m - part_m, height_m, first > 0.0);
+            let leave_m = select(height_m + part_m, next_m, last > 0.0);
+            let x = per_metre * part_m;
+            let passing = exp(-x);
+            let kept = select(1.0 - passing, x * (1.0 - 0.5 * x), x < 1e-3);
+            let inside_m = part_m * path_mean_depth(x);
+            low += left * kept * vec2<f32>(enter_m + inside_m, 1.0);
+            high = passing * high + kept * vec2<f32>(leave_m - inside_m, 1.0);
+            left *= passing;
         }
-        line += select(vec2<f32>(0.0), pitch, line <= vec2<f32>(next_m));
+        let beyond = select(corner - 1.0, corner + side, forward);
+        cell = select(clamp(floor(next_place), corner, corner + side - 1.0), beyond, end <= vec2<f32>(next_m));
         height_m = next_m;
-        above = next;
     }
-    return Path(sum / cosine, from_m + min(low_m, high_m), from_m + high_m);
+    return Path(sum / cosine, from_m + low.x / max(low.y, 1e-30), from_m + high.x / max(high.y, 1e-30));
+}
+
+// Mean depth at which light is stopped in a stretch of optical depth x that stops it, as a part of the stretch: 1/2 in a
+// thin one, 1/x in a thick one.
+fn path_mean_depth(x: f32) -> f32 {
+    return select(1.0 / max(x, 0.3) - 1.0 / (exp(min(x, 80.0)) - 1.0), 0.5 - x / 12.0 + x * x * x / 720.0, x < 0.3);
+}
+
+// Ways up to where a ray leaves a square on each axis.
+fn path_end(place: vec2<f32>, corner: vec2<f32>, side: f32, pitch: vec2<f32>, forward: vec2<bool>) -> vec2<f32> {
+    return select(place - corner, corner + side - place, forward) * pitch;
+}
+
+// Value between the four texels of a cell, at a place from 0 to 1.
+fn path_bilinear(texels: vec4<f32>, place: vec2<f32>) -> f32 {
+    let rows = mix(texels.xz, texels.yw, place.x);
+    return mix(rows.x, rows.y, place.y);
 }
 
 // Part of a piece along which a parabola is above 0, given its values at the start, in the middle and at the end.
@@ -69,17 +132,14 @@ fn path_inside(first: f32, middle: f32, last: f32) -> f32 {
     // a t^2 + b t + first, t from 0 to 1.
     let a = 2.0 * (first + last - 2.0 * middle);
     let b = 4.0 * middle - 3.0 * first - last;
-    if abs(a) <= 1e-4 * max(most, -least) {
-        return select(select(most / max(most - least, 1e-30), 1.0, least >= 0.0), 0.0, most <= 0.0);
-    }
-    let inside = b * b - 4.0 * a * first;
-    if inside <= 0.0 {
-        return select(0.0, 1.0, a > 0.0);
-    }
+    let straight = abs(a) <= 1e-4 * max(most, -least);
+    let line = clamp(most / max(most - least, 1e-30), 0.0, 1.0);
     // The root without cancellation first; the other by their product.
-    let q = -0.5 * (b + select(-1.0, 1.0, b >= 0.0) * sqrt(inside));
-    let one = q / a;
-    let other = select(first / q, one, q == 0.0);
-    let between = clamp(max(one, other), 0.0, 1.0) - clamp(min(one, other), 0.0, 1.0);
-    return select(between, 1.0 - between, a > 0.0);
+    let inside = b * b - 4.0 * a * first;
+    let root = sqrt(max(inside, 0.0));
+    let q = -0.5 * (b + select(-root, root, b >= 0.0));
+    let one = clamp(q / select(a, 1.0, straight), 0.0, 1.0);
+    let other = clamp(first / select(q, 1.0, q == 0.0), 0.0, 1.0);
+    let between = select(0.0, abs(one - other), inside > 0.0);
+    return select(select(between, 1.0 - between, a > 0.0), line, straight);
 }

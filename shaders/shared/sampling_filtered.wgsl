@@ -4,6 +4,11 @@ fn sample_periodic(map: texture_2d<f32>, repeat: sampler, uv: vec2<f32>, level: 
     return textureSampleLevel(map, repeat, uv, f32(level));
 }
 
+// The four texels about a cell's middle: at its low corner (inside the map), east of it, south of it, and opposite.
+fn gather_periodic(map: texture_2d<f32>, repeat: sampler, cell: vec2<f32>) -> vec4<f32> {
+    return textureGather(0, map, repeat, (cell + 1.0) / vec2<f32>(textureDimensions(map))).wzxy;
+}
+
 fn sample_clamped(map: texture_2d<f32>, clamped: sampler, uv: vec2<f32>) -> vec4<f32> {
     return textureSampleLevel(map, clamped, uv, 0.0);
 }

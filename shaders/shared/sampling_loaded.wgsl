@@ -13,6 +13,15 @@ fn sample_periodic(map: texture_2d<f32>, repeat: sampler, uv: vec2<f32>, level: 
     return blend_texels(map, (low + size) % size, (low + 1) % size, place - floor(place), level);
 }
 
+// The four texels about a cell's middle: at its low corner (inside the map), east of it, south of it, and opposite.
+fn gather_periodic(map: texture_2d<f32>, repeat: sampler, cell: vec2<f32>) -> vec4<f32> {
+    let size = vec2<i32>(textureDimensions(map));
+    let low = vec2<i32>(cell);
+    let high = (low + 1) % size;
+    return vec4<f32>(textureLoad(map, low, 0).x, textureLoad(map, vec2<i32>(high.x, low.y), 0).x,
+        textureLoad(map, vec2<i32>(low.x, high.y), 0).x, textureLoad(map, high, 0).x);
+}
+
 fn sample_clamped(map: texture_2d<f32>, clamped: sampler, uv: vec2<f32>) -> vec4<f32> {
     let size = vec2<i32>(textureDimensions(map));
     let place = clamp(uv * vec2<f32>(size) - 0.5, vec2<f32>(0.0), vec2<f32>(size - 1));

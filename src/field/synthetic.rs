@@ -1,7 +1,7 @@
 //! Synthetic fields: octaves of noise with a -5/3 spectrum, and convective cells.
 
 use super::transfer::{self, Distribution, calibrate};
-use super::{Field, count, read_bins};
+use super::{Field, bounds, count, find_bounds, read_bins};
 use crate::gpu::layout::{Blend, Cells, Histogram, Octaves, Transfer};
 use crate::gpu::{Bind, Gpu, GpuError, HostMap, Target, shaders};
 use crate::scene::quantity::Quantity as _;
@@ -247,15 +247,17 @@ impl Synthetic {
             ..Transfer::default()
         };
         let thickness = gpu.texture("thickness", size, 1, 1);
+        let bounds = bounds(gpu, &thickness);
         gpu.run("field_thickness", deadline, |pass| {
             let uniform = gpu.uniform("transfer", &transfer);
             let binds = [Bind::Buffer(&uniform), Bind::Buffer(&self.gaussian), Bind::View(&thickness.levels[0])];
             gpu.dispatch(pass, &shaders::FIELD_THICKNESS, &binds, size);
+            find_bounds(gpu, pass, &thickness, &bounds);
         })?;
         // Rounding on the device can lift the thickest texel by a few units in the last place.
         let depth_m = (found.greatest_m * (1.0 + 1e-5)) as f32;
         let top_m = if moves && depth_m > 0.0 { transfer.clip_m } else { depth_m };
-        Ok((Field { thickness, depth_m, top_m }, transfer))
+        Ok((Field { thickness, bounds, depth_m, top_m }, transfer))
     }
 
     pub(super) fn inspect(

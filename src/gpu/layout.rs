@@ -6,6 +6,9 @@ use bytemuck::{Pod, Zeroable};
 /// Grazing rays are computed at this cosine at least: 0.006 degrees above the horizon.
 pub const MIN_COSINE: f32 = 1e-4;
 
+/// Squares between texel centres in a block of a thickness map whose bounds are known, a side.
+pub const BOUNDS_TEXELS: u32 = 8;
+
 /// One layer at one moment.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq, Default, Pod, Zeroable)]
@@ -34,9 +37,7 @@ pub struct Frame {
     pub base_m: f32,
     /// No cloud is thicker.
     pub depth_m: f32,
-    /// Of a march through the layer: lines between texels from one cut to the next.
-    pub step_texels: f32,
-    /// Of a march.
+    /// Cuts of a ray through the layer.
     pub max_steps: u32,
     /// Of the maps of sunlight, a side.
     pub texels: u32,
@@ -48,6 +49,8 @@ pub struct Frame {
     pub discs: u32,
     /// Radius of the sun's disc, radians.
     pub sun_radius: f32,
+    /// Unused.
+    pub spare: u32,
 }
 
 /// One output texture, or a band of its rows.

@@ -7,7 +7,7 @@ use std::collections::HashMap;
 use std::time::Instant;
 use wgpu::util::DeviceExt as _;
 
-/// A host table: rows of texels of 1 or 4 channels.
+/// A host table: rows of texels of 1, 2 or 4 channels.
 #[derive(Debug, Clone, PartialEq)]
 pub struct HostMap {
     /// Texels in a row.
@@ -86,9 +86,13 @@ impl Target {
 }
 
 impl Gpu {
-    /// A texture of one (`R32Float`) or four (`Rgba32Float`) floats a texel.
+    /// A texture of one (`R32Float`), two (`Rg32Float`) or four (`Rgba32Float`) floats a texel.
     pub(crate) fn texture(&self, label: &str, size: [u32; 2], channels: u32, levels: u32) -> Target {
-        let format = if channels == 1 { wgpu::TextureFormat::R32Float } else { wgpu::TextureFormat::Rgba32Float };
+        let format = match channels {
+            1 => wgpu::TextureFormat::R32Float,
+            2 => wgpu::TextureFormat::Rg32Float,
+            _ => wgpu::TextureFormat::Rgba32Float,
+        };
         let texture = self.device.create_texture(&wgpu::TextureDescriptor {
             label: Some(label),
             size: wgpu::Extent3d { width: size[0], height: size[1], depth_or_array_layers: 1 },

@@ -59,6 +59,7 @@ shaders! {
     FIELD_HISTOGRAM: "field_histogram", [256, 1, 1], [];
     FIELD_REMAP: "field_remap", IMAGE, [];
     FIELD_THICKNESS: "field_thickness", IMAGE, [];
+    FIELD_BOUNDS: "field_bounds", IMAGE, [];
     DOWNSAMPLE: "downsample", IMAGE, [];
     SUN_ENTRY: "sun_entry", IMAGE, [PATH];
     BLUR: "blur", IMAGE, [];

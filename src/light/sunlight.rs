@@ -88,9 +88,15 @@ fn record(
     grids: &Grids,
 ) {
     let size = [grids.sun_texels; 2];
-    let (frame, thickness) = (Bind::Buffer(layer.uniform), &layer.thickness.view);
+    let (thickness, bounds) = (&layer.field.thickness.view, &layer.field.bounds.view);
     let (repeat, clamp) = (&gpu.repeat, &gpu.clamp);
-    let binds = [frame, Bind::View(thickness), Bind::Sampler(repeat), Bind::View(&maps.entry.levels[0])];
+    let binds = [
+        Bind::Buffer(layer.uniform),
+        Bind::View(thickness),
+        Bind::View(bounds),
+        Bind::Sampler(repeat),
+        Bind::View(&maps.entry.levels[0]),
+    ];
     gpu.dispatch(pass, &shaders::SUN_ENTRY, &binds, size);
     if layer.blur_texels >= LEAST_BLUR {
         for (axis, from, to) in [([1, 0], &maps.entry, &maps.half_blurred), ([0, 1], &maps.half_blurred, &maps.blurred)]
@@ -103,6 +109,7 @@ fn record(
     let binds = [
         Bind::Buffer(layer.uniform),
         Bind::View(thickness),
+        Bind::View(bounds),
         Bind::View(&layer.tables.transmittance.view),
         Bind::View(&layer.tables.reflectance.view),
         Bind::View(&maps.entry.view),

@@ -31,7 +31,7 @@ pub struct Maps<'a> {
 pub struct ViewRay {
     /// Towards the viewer.
     pub seen: DVec3,
-    /// Where it meets the cloud, seen from the viewer.
+    /// Where it shows the cloud: mean of what the viewer sees along it.
     pub hit_uv: DVec2,
     /// Cosine of its zenith.
     pub cosine: f64,

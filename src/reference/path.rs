@@ -10,14 +10,14 @@ use glam::{DVec2, DVec3, dvec2};
 pub struct Path {
     /// Its length.
     pub length_m: f64,
-    /// Height above the base at which the ray is in cloud first.
+    /// Mean height above the base of what is seen of the cloud along the ray, from below.
     pub low_m: f64,
-    /// And last.
+    /// And from above.
     pub high_m: f64,
 }
 
 /// Cloud along the ray that crosses the base plane at `base_uv` and climbs along the unit vector `up`. Cloud fills base to
-/// base + thickness (`map`, metres).
+/// base + thickness (`map`, metres). A ray that would be cut more often than the frame allows goes a shorter way over the map.
 pub fn path_in_layer(map: &Map, frame: &Frame, base_uv: DVec2, up: DVec3) -> Path {
     path_from(map, frame, base_uv, up, 0.0)
 }
@@ -26,13 +26,13 @@ pub fn path_in_layer(map: &Map, frame: &Frame, base_uv: DVec2, up: DVec3) -> Pat
 pub fn path_from(map: &Map, frame: &Frame, start_uv: DVec2, up: DVec3, from_m: f64) -> Path {
     let cosine = up.z.max(MIN_COSINE);
     let (depth_m, max_steps) = (f64::from(frame.depth_m), f64::from(frame.max_steps));
-    let uv_per_metre = dvec2(up.x, -up.y) / (cosine * f64::from(frame.extent_m));
+    let direction = dvec2(up.x, -up.y) / (cosine * f64::from(frame.extent_m));
     let start = start_uv + vec2(frame.offset_uv);
     let size = dvec2(map.width as f64, map.height as f64);
-    let crossings = depth_m * uv_per_metre.abs().dot(size);
-    let texels = size / f64::from(frame.step_texels).max(crossings / max_steps);
-    let place = start * texels - 0.5 * texels / size;
-    let slope = uv_per_metre * texels;
+    let crossings = depth_m * direction.abs().dot(size);
+    let uv_per_metre = direction / (crossings / max_steps).max(1.0);
+    let place = start * size - 0.5;
+    let slope = uv_per_metre * size;
     // Ways up to where the ray meets the next lines, and between lines.
     let pitch = slope.abs().max(DVec2::splat(1e-12)).recip();
     let first =
@@ -43,15 +43,23 @@ pub fn path_from(map: &Map, frame: &Frame, start_uv: DVec2, up: DVec3, from_m: f
     let above_at =
         |height_m: f64| map.sample_periodic((start + uv_per_metre * height_m).to_array())[0] - from_m - height_m;
     let (mut sum, mut height_m, mut above) = (0.0, 0.0, above_at(0.0));
-    let (mut low_m, mut high_m) = (way_m, 0.0);
+    // Optical depth per metre of height; what is left of a view from below; weighted heights and weights.
+    let per_metre = f64::from(frame.extinction[3]) / cosine;
+    let (mut left, mut low, mut high) = (1.0, DVec2::ZERO, DVec2::ZERO);
     while height_m < way_m {
         let next_m = line.min_element().min(way_m);
         let (middle, next) = (above_at(0.5 * (height_m + next_m)), above_at(next_m));
         let part_m = (next_m - height_m) * path_inside(above, middle, next);
         if part_m > 0.0 {
             sum += part_m;
-            low_m = low_m.min(if above > 0.0 { height_m } else { next_m - part_m });
-            high_m = if next > 0.0 { next_m } else { height_m + part_m };
+            let enter_m = if above > 0.0 { height_m } else { next_m - part_m };
+            let leave_m = if next > 0.0 { next_m } else { height_m + part_m };
+            let x = per_metre * part_m;
+            let kept = -(-x).exp_m1();
+            let inside_m = part_m * path_mean_depth(x);
+            low += left * kept * dvec2(enter_m + inside_m, 1.0);
+            high = (-x).exp() * high + kept * dvec2(leave_m - inside_m, 1.0);
+            left *= (-x).exp();
         }
         if line.x <= next_m {
             line.x += pitch.x;
@@ -61,7 +69,13 @@ pub fn path_from(map: &Map, frame: &Frame, start_uv: DVec2, up: DVec3, from_m: f
         }
         (height_m, above) = (next_m, next);
     }
-    Path { length_m: sum / cosine, low_m: from_m + low_m.min(high_m), high_m: from_m + high_m }
+    let mean = |sums: DVec2| from_m + sums.x / sums.y.max(1e-30);
+    Path { length_m: sum / cosine, low_m: mean(low), high_m: mean(high) }
+}
+
+/// Mean depth at which light is stopped in a stretch of optical depth x that stops it, as a part of the stretch.
+fn path_mean_depth(x: f64) -> f64 {
+    if x < 1e-4 { 0.5 - x / 12.0 } else { 1.0 / x - 1.0 / x.exp_m1() }
 }
 
 /// Part of a piece along which a parabola is above 0, given its values at the start, in the middle and at the end.

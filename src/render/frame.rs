@@ -15,7 +15,8 @@ use crate::slice::without_peak;
 use crate::tables::MixTables;
 use std::sync::Arc;
 
-/// Steps of a march through a layer, at most: with 32 places on the sun's disc it stays below the 65,535 iterations of an invocation at which a common software driver silently stops.
+/// Cuts of a ray through a layer, at most: with half as many other steps and 32 places on the sun's disc a march stays below
+/// the 65,535 iterations of an invocation at which a common software driver silently stops.
 const MAX_STEPS: u32 = 1024;
 
 /// A layer at a moment.
@@ -96,7 +97,6 @@ impl LayerMoment {
             extent_m: extent_m as f32,
             base_m: base_m as f32,
             depth_m: field.depth_m,
-            step_texels: plan.step_texels,
             max_steps: if field.is_uniform() { 1 } else { MAX_STEPS },
             // Set when the grids are planned, for all layers together.
             texels: 1,
@@ -104,6 +104,7 @@ impl LayerMoment {
             columns: (plan.transport == Transport::Columns || cosine <= 0.0).into(),
             discs: discs(scene, base_m + f64::from(field.depth_m), output_m),
             sun_radius: (0.5 * scene.sun.angular_diameter_deg.get()).to_radians() as f32,
+            spare: 0,
         };
         let shape = LayerShape { transport_length_m, depth_m: field.depth_m.into() };
         Self { frame, extinction_per_m, shape, top_m: base_m + f64::from(field.top_m), texel_m }
@@ -119,7 +120,7 @@ impl LayerMoment {
         };
         let slope = f64::from(up[0]).hypot(up[1].into()) / f64::from(up[2].abs().max(MIN_COSINE));
         // A line between texels in each of two directions.
-        let lines = 1.5 * slope * f64::from(self.frame.depth_m) / self.texel_m / f64::from(self.frame.step_texels);
+        let lines = 1.5 * slope * f64::from(self.frame.depth_m) / self.texel_m;
         rays * lines.clamp(1.0, most)
     }
 

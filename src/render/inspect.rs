@@ -20,6 +20,8 @@ pub struct Stages {
     pub field: Option<FieldStages>,
     /// Thickness, metres.
     pub thickness: HostMap,
+    /// Least and greatest thickness of blocks of texels, metres.
+    pub bounds: HostMap,
     /// How far entering light is blurred: standard deviation, texels of the maps of sunlight.
     pub blur_texels: f64,
     /// Irradiance of the cloud's top, relative.
@@ -120,10 +122,14 @@ impl Renderer {
             light: Some(own),
         };
         let inputs = shade::Inputs { layers: vec![inputs], gathered: Some(&lit.light.gathered) };
+        let texture = job.request.texture;
+        let sun =
+            shade::is_on_the_ground(texture).then(|| shade::ground_sun(gpu, &inputs, &view, deadline)).transpose()?;
         Ok(Stages {
             frame: layer.frame,
             field: field_stages,
             thickness: map(&field.thickness)?,
+            bounds: map(&field.bounds)?,
             blur_texels,
             entry: map(&maps.entry)?,
             entering: map(maps.entering(blur_texels))?,
@@ -144,7 +150,7 @@ impl Renderer {
             closure: map(&closure_target)?,
             slice,
             tables: Arc::clone(tables),
-            output: shade::band(gpu, job.request.texture, &inputs, &view, deadline)?,
+            output: shade::band(gpu, texture, &inputs, sun.as_ref(), &view, deadline)?,
             view,
             columns: lit.columns,
         })

@@ -6,7 +6,6 @@ use skyloom::render::Job;
 use skyloom::request::Request;
 use skyloom::scene::Scene;
 use skyloom::tables::TableLibrary;
-use std::collections::HashMap;
 use std::sync::{Arc, LazyLock};
 
 /// Droplets, sun and pattern of a test sky: a kilometre of air between broken cloud and coloured ground.
@@ -52,12 +51,7 @@ impl Sky {
         let query: Vec<_> = query.iter().map(|(name, value)| ((*name).to_owned(), (*value).to_owned())).collect();
         let request = Request::parse(texture, "f32", &query).unwrap();
         let tables = scene.mixes().iter().map(|mix| LIBRARY.get(mix, None, &|_| ()).unwrap()).collect();
-        Job {
-            scene: Arc::new(scene),
-            request,
-            tables,
-            images: HashMap::from([(WAVES.0.clone(), Arc::clone(&WAVES.1))]),
-        }
+        Job { scene: Arc::new(scene), request, tables, images: WAVES.iter().cloned().collect() }
     }
 }
 
@@ -77,11 +71,21 @@ pub(crate) fn water() -> Value {
 
 /// An image that stands for a field: clear sky, and waves of cloud.
 pub(crate) fn waves() -> Value {
-    json!({"kind": "image", "image": WAVES.0, "scale_m": 400})
+    waves_of(0)
 }
 
-static WAVES: LazyLock<(String, Arc<Image>)> = LazyLock::new(|| {
-    let (width, height) = (48, 32);
+/// Sizes of the images: the first for general use; one texel, lines, sides that no block of texels divides.
+pub(crate) const WAVES_SIZES: [(u32, u32); 6] = [(48, 32), (1, 1), (37, 1), (3, 70), (45, 17), (8, 65)];
+
+/// Waves on the image of one of [`WAVES_SIZES`].
+pub(crate) fn waves_of(size: usize) -> Value {
+    json!({"kind": "image", "image": WAVES[size].0, "scale_m": 400})
+}
+
+static WAVES: LazyLock<Vec<(String, Arc<Image>)>> =
+    LazyLock::new(|| WAVES_SIZES.iter().map(|(width, height)| wave_image(*width, *height)).collect());
+
+fn wave_image(width: u32, height: u32) -> (String, Arc<Image>) {
     let sample = |i: u32| {
         let (x, y) = (f64::from(i % width) / f64::from(width), f64::from(i / width) / f64::from(height));
         ((std::f64::consts::TAU * (2.0 * x + y)).sin() + 0.3 * (std::f64::consts::TAU * 5.0 * y).cos()).max(0.0) as f32
@@ -89,6 +93,6 @@ static WAVES: LazyLock<(String, Arc<Image>)> = LazyLock::new(|| {
     let data: Vec<f32> = (0..width * height).map(sample).collect();
     let name = sha256_hex(&data.iter().flat_map(|value| value.to_le_bytes()).collect::<Vec<_>>());
     (name, Arc::new(Image { width, height, channels: 1, data, encoding: ImageEncoding::Float }))
-});
+}
 
 static LIBRARY: LazyLock<TableLibrary> = LazyLock::new(|| TableLibrary::new(None));
