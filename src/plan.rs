@@ -123,6 +123,12 @@ impl Plan {
             };
             add("field", choice, reason.to_owned(), 0.0);
         }
+        if self.method == Method::Reference && matches!(request.texture, TextureKind::Shadow | TextureKind::Irradiance)
+        {
+            let choice = "reference (Monte Carlo in three dimensions)".to_owned();
+            add("light", choice, "asked for".to_owned(), 0.5 * request.tolerance);
+            return choices;
+        }
         let march = match self.step_texels as u32 {
             _ if uniform => "closed form".to_owned(),
             1 => "cut at every texel: exact up to 1024 cuts".to_owned(),
