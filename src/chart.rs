@@ -1,8 +1,8 @@
-//! Charts of how exact and how fast each method of slab light, of moving fields and of exchanged light is, as pictures (SVG)
+//! Charts of how exact and how fast each method of slab light, of moving fields, of exchanged light and of sunlight through uneven cloud is, as pictures (SVG)
 //! and tables (CSV).
 //!
 //! `truth` solves slabs exactly, `medium` has each method in double precision, `errors` and `cost` measure; `slab`, `fluxes`,
-//! `radiance`, `modified`, `validity`, `field` and `exchange` are one chart each; `figure` draws.
+//! `radiance`, `modified`, `validity`, `field`, `exchange` and `light` are one chart each; `figure` draws.
 
 mod cost;
 mod csv;
@@ -11,6 +11,7 @@ mod exchange;
 mod field;
 mod figure;
 mod fluxes;
+mod light;
 mod medium;
 mod modified;
 mod radiance;
@@ -56,6 +57,7 @@ pub const CHARTS: &[Chart] = &[
         about: "light between ground and cloud: kernels, solvers and grids",
         make: exchange::make,
     },
+    Chart { name: "light", about: "sunlight through uneven cloud: cost against error", make: light::make },
     Chart { name: "slab-validity", about: "where each method holds its accuracy", make: validity::make },
 ];
 

@@ -16,7 +16,7 @@ pub struct Pixels<'a> {
     /// Rows, at least 1.
     pub height: u32,
     /// Names of the channels in the order of the data: `R`, or `R`, `G`, `B`, or `R`, `G`, `B`, `A`; for [`to_exr`] and
-    /// [`to_f32`] more may follow.
+    /// [`to_f32`] others may follow.
     pub channels: &'a [&'a str],
     /// `width * height * channels` linear values, row 0 (top, north) first, channels interleaved.
     pub data: &'a [f32],
@@ -119,12 +119,17 @@ pub enum EncodeError {
 }
 
 impl Pixels<'_> {
-    /// Checks shape and finiteness: what every encoder does first.
-    fn check(&self, most_channels: usize) -> Result<(), EncodeError> {
+    /// Checks shape and finiteness: what every encoder does first. `more`: channels beside the known ones may follow.
+    fn check(&self, more: bool) -> Result<(), EncodeError> {
         let count = self.channels.len();
-        let known = matches!(self.channels, ["R"] | ["R", "G", "B"] | ["R", "G", "B", "A", ..]);
+        let known = match self.channels {
+            ["R"] | ["R", "G", "B"] | ["R", "G", "B", "A"] => true,
+            ["R", "G", "B", ..] => more,
+            ["R", next, ..] => more && *next != "G",
+            _ => false,
+        };
         let wanted = u64::from(self.width) * u64::from(self.height) * count as u64;
-        if !known || count > most_channels || wanted == 0 || wanted != self.data.len() as u64 {
+        if !known || wanted == 0 || wanted != self.data.len() as u64 {
             return Err(EncodeError::Shape {
                 width: self.width,
                 height: self.height,
@@ -152,6 +157,6 @@ impl Pixels<'_> {
 
 /// Raw values: little-endian 32-bit floats, top row first, channels interleaved, no header.
 pub fn to_f32(pixels: &Pixels<'_>) -> Result<Vec<u8>, EncodeError> {
-    pixels.check(usize::MAX)?;
+    pixels.check(true)?;
     Ok(pixels.data.iter().flat_map(|value| value.to_le_bytes()).collect())
 }

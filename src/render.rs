@@ -1,6 +1,7 @@
 //! From a scene and a request to a texture: the stages in order, and what is kept between requests.
 
 mod exact;
+mod exact_light;
 mod frame;
 mod inspect;
 mod kept;
@@ -136,7 +137,7 @@ pub struct Texture {
     pub channels: &'static [&'static str],
     /// Linear values, row 0 (north) first, channels interleaved.
     pub data: Vec<f32>,
-    /// Method `reference`: standard errors of red, green and blue in the order of the texels, as the data is scaled.
+    /// Method `reference`: standard errors of the channels but alpha in the order of the texels, as the data is scaled.
     pub standard_error: Option<Vec<f32>>,
     /// Value that a picture shows as white, before exposure.
     pub white: f32,
@@ -257,6 +258,9 @@ impl Renderer {
         let needs = job.request.texture;
         let fields = clock.time("field", || self.fields(job, watch))?;
         let moment = frame::Moment::new(job, &fields);
+        if matches!(needs, TextureKind::Shadow | TextureKind::Irradiance) && moment.plan.method == Method::Reference {
+            return self.traced(job, watch, size, &fields, &moment, clock);
+        }
         let by_monte_carlo = needs == TextureKind::Cloud && moment.plan.method == Method::Reference;
         // Monte Carlo adds the sun's light to texels that were shaded without it.
         let sun_light = |layer: &frame::LayerMoment| if by_monte_carlo { [0.0; 4] } else { layer.frame.sun_light };
@@ -305,6 +309,23 @@ impl Renderer {
         let plane_m = if needs == TextureKind::Cloud { moment.plane_m(&job.request) } else { 0.0 };
         let white = drawn(job).into_iter().map(|number| fields[number].depth_m).sum::<f32>().max(1.0);
         Ok(Shaded { data, standard_error, white, plane_m })
+    }
+
+    /// Light on the ground by Monte Carlo.
+    fn traced(
+        &self,
+        job: &Job,
+        watch: &Watch,
+        size: u32,
+        fields: &[Arc<Field>],
+        moment: &frame::Moment,
+        clock: &mut Clock,
+    ) -> Result<Shaded, RenderError> {
+        let read = |field: &Arc<Field>| self.gpu.read_map(&field.thickness, 0, watch.deadline);
+        let thickness = fields.iter().map(read).collect::<Result<Vec<_>, _>>()?;
+        let trace = || exact_light::trace_ground(job, moment, &thickness, size, watch);
+        let exact_light::Traced { data, standard_error } = clock.time("reference", trace)?;
+        Ok(Shaded { data, standard_error: Some(standard_error), white: 1.0, plane_m: 0.0 })
     }
 
     fn bands(
@@ -578,7 +599,8 @@ fn finish(texture: &mut Texture, request: &Request) {
             // Below this there is nothing to see, and the quotient would be noise or overflow.
             factor = if *alpha > LEAST_ALPHA { factor / alpha } else { 0.0 };
         }
-        let errors = texture.standard_error.iter_mut().flat_map(|errors| errors.iter_mut().skip(3 * i).take(3));
+        let lit = colour.len();
+        let errors = texture.standard_error.iter_mut().flat_map(|errors| errors.iter_mut().skip(lit * i).take(lit));
         colour.iter_mut().chain(errors).for_each(|value| *value = (*value * factor).min(f32::MAX));
     }
 }
@@ -598,8 +620,15 @@ impl Clock {
     }
 }
 
-/// Channels of a cloud with the standard errors of its light as a layer of their own, as OpenEXR names them.
-const WITH_ERRORS: &[&str] = &["R", "G", "B", "A", "error.R", "error.G", "error.B"];
+/// Channels of a texture with the standard errors of its light, those of colours as a layer of their own, as OpenEXR
+/// names them.
+fn with_errors(texture: TextureKind) -> &'static [&'static str] {
+    match texture {
+        TextureKind::Cloud => &["R", "G", "B", "A", "error.R", "error.G", "error.B"],
+        TextureKind::Irradiance => &["R", "G", "B", "error.R", "error.G", "error.B"],
+        TextureKind::Shadow | TextureKind::Thickness => &["R", "error"],
+    }
+}
 
 /// The bytes of a file for a rendered texture, in the format that its request names.
 ///
@@ -620,9 +649,14 @@ pub fn encode(texture: &Texture, job: &Job) -> Result<Vec<u8>, EncodeError> {
             let depth = if request.depth == 32 { encode::Depth::Float } else { encode::Depth::Half };
             let metadata = frame::metadata(scene, request, texture);
             let Some(errors) = &texture.standard_error else { return encode::to_exr(&pixels, &metadata, depth) };
-            let texels = texture.data.chunks(4).zip(errors.chunks(3));
+            let count = texture.channels.len();
+            let texels = texture.data.chunks(count).zip(errors.chunks(count.min(3)));
             let data: Vec<f32> = texels.flat_map(|(texel, error)| texel.iter().chain(error)).copied().collect();
-            encode::to_exr(&encode::Pixels { channels: WITH_ERRORS, data: &data, ..pixels }, &metadata, depth)
+            encode::to_exr(
+                &encode::Pixels { channels: with_errors(request.texture), data: &data, ..pixels },
+                &metadata,
+                depth,
+            )
         }
         Format::Png => {
             let depth = if request.depth == 16 { encode::PictureDepth::Sixteen } else { encode::PictureDepth::Eight };

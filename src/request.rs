@@ -135,7 +135,8 @@ pub enum Method {
     Analytic,
     /// Single scattering exact; all the rest from tables of the exact solution.
     Tabulated,
-    /// Monte Carlo for every texel: minutes, for comparisons.
+    /// Monte Carlo: minutes, for comparisons. A slab for every texel of a cloud; all layers in three dimensions for light
+    /// on the ground.
     Reference,
 }
 
@@ -187,7 +188,7 @@ pub struct Request {
     pub straight_alpha: bool,
     /// Acceptable relative root-mean-square error.
     pub tolerance: f64,
-    /// How slab light is computed; the plan's choice when `None`.
+    /// How slab light is computed; the plan's choice when `None`. `shadow` and `irradiance`: `Reference` or `None`.
     pub method: Option<Method>,
     /// How sunlight is carried through uneven cloud; the plan's choice when `None`.
     pub transport: Option<Transport>,
@@ -407,14 +408,16 @@ impl Request {
         let idle = Self::new(self.texture, self.format);
         let (cloud, irradiance) = (self.texture == TextureKind::Cloud, self.texture == TextureKind::Irradiance);
         let marched = self.texture != TextureKind::Thickness;
+        let traced = marched && self.method == Some(Method::Reference);
         let beam = self.texture == TextureKind::Shadow || irradiance;
         let picture = self.format == Format::Png;
         Self {
             side: if cloud { self.side } else { idle.side },
             viewer: if cloud { self.viewer } else { idle.viewer },
-            method: if cloud { self.method } else { idle.method },
-            transport: if cloud || irradiance { self.transport } else { idle.transport },
-            seed: if cloud && self.method == Some(Method::Reference) { self.seed } else { idle.seed },
+            // Light on the ground goes through tables of fluxes, whatever the cloud's method.
+            method: if cloud || traced { self.method } else { idle.method },
+            transport: if cloud || (irradiance && !traced) { self.transport } else { idle.transport },
+            seed: if traced { self.seed } else { idle.seed },
             straight_alpha: cloud && self.straight_alpha,
             component: if irradiance { self.component } else { idle.component },
             peak: !beam || self.peak,
@@ -432,15 +435,31 @@ impl Request {
     /// The parameters that do not fit the scene.
     pub fn check(&self, scene: &Scene) -> Result<(), Vec<FieldError>> {
         let count = scene.layer_count();
-        let detail = match (self.layer, count) {
-            (Some(layer), 0) => format!("the scene has no layer {layer}: it has none at all"),
-            (Some(layer), 1) if layer > 0 => format!("the scene has no layer {layer}; allowed: 0"),
+        let mut errors = Vec::new();
+        let mut wrong = |name: &str, detail: String| errors.push(FieldError { pointer: name.to_owned(), detail });
+        match (self.layer, count) {
+            (Some(layer), 0) => wrong("layer", format!("the scene has no layer {layer}: it has none at all")),
+            (Some(layer), 1) if layer > 0 => wrong("layer", format!("the scene has no layer {layer}; allowed: 0")),
             (Some(layer), _) if layer as usize >= count => {
-                format!("the scene has no layer {layer}; allowed: 0 to {}", count - 1)
+                wrong("layer", format!("the scene has no layer {layer}; allowed: 0 to {}", count - 1));
             }
-            _ => return Ok(()),
-        };
-        Err(vec![FieldError { pointer: "layer".to_owned(), detail }])
+            _ => {}
+        }
+        if self.method == Some(Method::Reference) {
+            if self.texture == TextureKind::Cloud && count > 1 {
+                let detail = format!(
+                    "reference traces the cloud of a single layer; the scene has {count}; allowed: tabulated, analytic"
+                );
+                wrong("method", detail);
+            }
+            let parted = self.texture == TextureKind::Shadow
+                || (self.texture == TextureKind::Irradiance && self.component != Component::Total);
+            if parted && self.peak {
+                let detail = "method reference counts as beam what was not scattered at all; allowed: false";
+                wrong("peak", detail.to_owned());
+            }
+        }
+        if errors.is_empty() { Ok(()) } else { Err(errors) }
     }
 
     /// A text that is equal for equal requests: part of cache keys.

@@ -51,6 +51,7 @@ fn tables_have_their_columns() {
     );
     assert_eq!(columns("slab-validity.csv"), "method,map,side,x_from,x_to,y_from,y_to,rms_error");
     assert_eq!(columns("exchange.csv"), "case,kernel,solver,texels_per_height,passes,rms_percent,max_percent,ms");
+    assert_eq!(columns("light.csv"), "field,light,method,sun_zenith_deg,rms,rms_error,mean,mean_exact,ms");
     for chart in CHARTS {
         let table = committed(&format!("{}.csv", chart.name));
         assert!(table.len() > 10 && table.iter().all(|row| row.len() == table[0].len()), "{}", chart.name);
@@ -90,6 +91,30 @@ fn committed_errors_are_those_of_this_program() {
             let count: usize = row[11 + at].parse().unwrap();
             assert_eq!(summary.count, count);
         }
+    }
+}
+
+/// What the chart of light shows: below a low sun the blended transport errs less than columns, the marched shadow far
+/// less than a shifted column, and the mean of the light is kept within a tenth.
+#[test]
+fn light_errs_less_by_slanted_rays_than_by_columns() {
+    let table = committed("light.csv");
+    let row = |field: &str, light: &str, method: &str, sun: &str| {
+        let row = table.iter().find(|row| row[..4] == [field, light, method, sun]).unwrap();
+        [4, 5, 6, 7].map(|column| row[column].parse::<f64>().unwrap())
+    };
+    for field in ["overcast", "broken"] {
+        for sun in ["60", "70", "80"] {
+            let [columns, ..] = row(field, "base", "columns", sun);
+            let [blended, noise, mean, exact] = row(field, "base", "blended", sun);
+            assert!(blended + 4.0 * noise < 0.7 * columns, "{field} {sun}: {blended}, columns {columns}");
+            assert!((mean / exact - 1.0).abs() < 0.1, "{field} {sun}: mean {mean}, exact {exact}");
+        }
+    }
+    for sun in ["30", "60", "70", "80"] {
+        let [marched, noise, ..] = row("broken", "ground direct", "marched", sun);
+        let [tangent, ..] = row("broken", "ground direct", "column at h tan", sun);
+        assert!(marched < 0.01 && noise < 0.01 && tangent > 0.1, "{sun}: {marched} +- {noise}, {tangent}");
     }
 }
 

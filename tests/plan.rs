@@ -5,7 +5,7 @@ mod common;
 
 use common::sky::Sky;
 use serde_json::{Value, json};
-use skyloom::plan::{ERROR_OF_ANALYTIC, ERROR_OF_DETAIL, Plan, expected_error};
+use skyloom::plan::{ERROR_OF_ANALYTIC, ERROR_OF_DETAIL, ERROR_OF_TRANSPORT, Plan, expected_error};
 use skyloom::reference::Map;
 use skyloom::reference::path::path_in_layer;
 use skyloom::render::Watch;
@@ -46,6 +46,24 @@ fn expected_errors_of_the_slab_are_those_of_the_chart() {
     for (method, error) in expected.into_iter().chain([("analytic".to_owned(), ERROR_OF_ANALYTIC)]) {
         let found = measured(&method);
         assert!(found <= error && error < 2.5 * found, "{method}: {error} is promised, {found} was measured");
+    }
+}
+
+#[test]
+fn expected_errors_of_light_are_those_of_the_chart() {
+    let chart = include_str!("../docs/charts/light.csv");
+    for (transport, promised) in ERROR_OF_TRANSPORT {
+        let rows = chart.lines().map(|line| line.split(',').collect::<Vec<_>>());
+        let of_it = rows.filter(|row| row[1] == "base" && row[2] == transport.name() && ["60", "80"].contains(&row[3]));
+        let errors: Vec<f64> =
+            of_it.map(|row| row[4].parse::<f64>().unwrap() / row[7].parse::<f64>().unwrap()).collect();
+        assert_eq!(errors.len(), 4);
+        let found = errors.iter().sum::<f64>() / 4.0;
+        // Rounded up to whole per cents.
+        assert!(
+            found <= promised && promised < found + 0.01,
+            "{transport:?}: {promised} is promised, {found} was measured"
+        );
     }
 }
 

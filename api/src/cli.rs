@@ -222,6 +222,12 @@ fn film_command(scene: Arg) -> Command {
         )
         .arg(number("fps", "0.1 to 50").help("Frames a second of the animation [default: 15]"))
         .arg(
+            Arg::new("back")
+                .long("back")
+                .action(ArgAction::SetTrue)
+                .help("Animation: show the frames backwards after the last, so that it repeats without a cut"),
+        )
+        .arg(
             Arg::new("behind")
                 .long("behind")
                 .value_name("#rrggbb")

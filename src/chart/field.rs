@@ -295,6 +295,9 @@ fn scene(speed_m_s: f64) -> Result<Scene, ChartError> {
     Scene::from_json(scene.to_string().as_bytes()).map_err(|error| failed(error.to_string()))
 }
 
+/// Range of lost amplitude that is drawn, percent; smaller losses are drawn at twice its lower end, off the axis.
+const LOST: [f64; 2] = [0.05, 150.0];
+
 fn picture(found: &[Found]) -> Figure {
     let line = |colour: RGBColor, value: &dyn Fn(usize) -> f64| {
         let points = TIMES_S.iter().enumerate().map(|(i, time)| [*time, value(i)]).collect();
@@ -303,13 +306,14 @@ fn picture(found: &[Found]) -> Figure {
     let lines = |value: &dyn Fn(&Found, usize) -> f64| {
         METHODS.iter().zip(found).map(|((_, colour), found)| line(*colour, &|i| value(found, i))).collect::<Vec<_>>()
     };
-    let span = [TIMES_S[0], TIMES_S[TIMES_S.len() - 1]];
+    // Room for half of the last tick's label.
+    let span = [TIMES_S[0], 1.4 * TIMES_S[TIMES_S.len() - 1]];
     let time = || Axis::log("time, s", span);
     // After 1000 s.
     let late = 4;
     let dots = METHODS.iter().zip(found).map(|((_, colour), found)| {
         let error = 100.0 * (found.left[late].fine - 1.0).abs();
-        Mark::Dots { points: vec![[found.next_ms, error.max(0.1), 0.0]], colour: *colour, ring: false }
+        Mark::Dots { points: vec![[found.next_ms, error.max(2.0 * LOST[0]), 0.0]], colour: *colour, ring: false }
     });
     let slowest = found.iter().map(|found| found.next_ms).fold(0.0, f64::max);
     let fastest = found.iter().map(|found| found.next_ms).fold(f64::MAX, f64::min);
@@ -317,7 +321,7 @@ fn picture(found: &[Found]) -> Figure {
         Panel {
             title: "cost against error after 1000 s".to_owned(),
             x: Axis::log("milliseconds of the next frame", [fastest / 2.0, slowest * 2.0]),
-            y: Axis::log("amplitude lost at the fine scales, %", [0.1, 150.0]),
+            y: Axis::log("amplitude lost at the fine scales, %", LOST),
             marks: dots.collect(),
         },
         Panel {

@@ -90,8 +90,12 @@ impl Medium {
 
     /// Fluxes of orders 1 and 2 of method "analytic" before they are closed.
     pub(super) fn low_orders(&self, depth: f64, mu_sun: f64) -> OrderFluxes {
-        let found = self.with_low_orders(Totals::Exact(&self.fluxes), |orders| orders.fluxes(&[depth], mu_sun));
-        found.first().copied().unwrap_or_default()
+        self.low_orders_at(&[depth], mu_sun).first().copied().unwrap_or_default()
+    }
+
+    /// The same at many depths.
+    pub(super) fn low_orders_at(&self, depths: &[f64], mu_sun: f64) -> Vec<OrderFluxes> {
+        self.with_low_orders(Totals::Exact(&self.fluxes), |orders| orders.fluxes(depths, mu_sun))
     }
 
     /// Method "analytic" for one sun: of the paper's droplets with the paper's fluxes.

@@ -38,7 +38,7 @@ pub enum Depth {
 /// (doubles; metres, metres, seconds), `skyloom:origin`, `skyloom:sunDirection` (v3f), `skyloom:axes`, `skyloom:alpha`,
 /// `skyloom:scene`, `skyloom:texture` (strings).
 pub fn to_exr(pixels: &Pixels<'_>, metadata: &Metadata, depth: Depth) -> Result<Vec<u8>, EncodeError> {
-    pixels.check(usize::MAX)?;
+    pixels.check(true)?;
     let sample_type = match depth {
         Depth::Half => SampleType::F16,
         Depth::Float => SampleType::F32,

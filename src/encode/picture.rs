@@ -96,7 +96,7 @@ fn srgb(linear: f32) -> f32 {
 
 /// A PNG file: grey for one channel, RGB for three, RGB with straight alpha for four. Where alpha is 0 colour is black.
 pub fn to_png(pixels: &Pixels<'_>, picture: &Picture) -> Result<Vec<u8>, EncodeError> {
-    pixels.check(4)?;
+    pixels.check(false)?;
     let gain = (picture.exposure_stops.exp2() / f64::from(picture.white)) as f32;
     if !(gain.is_finite() && gain > 0.0) {
         return Err(EncodeError::Codec("exposure and white level give no usable gain".to_owned()));

@@ -8,6 +8,7 @@ use crate::gpu::layout::{Frame, MIN_COSINE, View};
 use crate::image::{Image, ImageEncoding};
 use crate::light::{Grids, LayerShape, SceneShape, grids, shift_uv};
 use crate::plan::{Plan, field_resolution};
+use crate::reference::Map;
 use crate::request::{Component, Request, Side, TextureKind, Transport};
 use crate::scene::quantity::Quantity as _;
 use crate::scene::{GroundAlbedo, Scene, Thickness};
@@ -194,10 +195,7 @@ impl Moment {
             GroundAlbedo::Uniform(albedo) => rgb(albedo.map(|value| value.get()), 0.0).repeat(texels * texels),
             GroundAlbedo::Map { image, linear } => {
                 let image = image_of(job, &image.0)?;
-                // An integer file is sRGB unless said otherwise; floats are linear.
-                let decode = image.encoding == ImageEncoding::Integer && !linear;
-                let values: Vec<[f64; 3]> =
-                    image.data.chunks(image.channels as usize).map(|t| albedo(t, decode)).collect();
+                let values = albedos(image, *linear);
                 resample(&values, image.width as usize, image.height as usize, texels)
             }
         };
@@ -242,6 +240,28 @@ pub(super) fn thickness_image(job: &Job, layer: usize) -> Result<Option<&Image>,
         Thickness::Map { image, .. } => image_of(job, &image.0).map(Some),
         _ => Ok(None),
     }
+}
+
+/// Linear albedos of an image.
+fn albedos(image: &Image, linear: bool) -> Vec<[f64; 3]> {
+    // An integer file is sRGB unless said otherwise; floats are linear.
+    let decode = image.encoding == ImageEncoding::Integer && !linear;
+    image.data.chunks(image.channels as usize).map(|texel| albedo(texel, decode)).collect()
+}
+
+/// The ground's albedo as the scene gives it: one texel, or those of its image.
+pub(super) fn ground_albedo(job: &Job) -> Result<Map, RenderError> {
+    let texel = |[r, g, b]: [f64; 3]| [r, g, b, 0.0];
+    Ok(match &job.scene.ground.albedo {
+        GroundAlbedo::Uniform(albedo) => {
+            Map { width: 1, height: 1, texels: vec![texel(albedo.map(|value| value.get()))] }
+        }
+        GroundAlbedo::Map { image, linear } => {
+            let image = image_of(job, &image.0)?;
+            let texels = albedos(image, *linear).into_iter().map(texel).collect();
+            Map { width: image.width as usize, height: image.height as usize, texels }
+        }
+    })
 }
 
 fn albedo(texel: &[f32], decode: bool) -> [f64; 3] {

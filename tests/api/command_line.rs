@@ -186,3 +186,42 @@ fn reference_renders_close_to_the_tables() {
         assert!((a / b - 1.0).abs() < 0.04, "{a} traced, {b} from tables");
     }
 }
+
+#[test]
+fn light_on_the_ground_is_traced_too() {
+    let folder = folder_with(&scene());
+    let render = |arguments: &[&str]| {
+        let method = ["--method", "reference", "--size", "4", "--tolerance", "0.5"];
+        skyloom(folder.path(), &[&["render", "scene.json"][..], arguments, &method].concat())
+    };
+    for arguments in [&["irradiance.exr"][..], &["shadow.exr", "--peak", "false"]] {
+        let output = render(arguments);
+        let (status, words) = code(&output);
+        assert_eq!(status, 0, "{words}");
+        assert!(words.contains("standard error of the light"), "{words}");
+        let channels = &pixels(&std::fs::read(folder.path().join(arguments[0])).unwrap()).layer_data[0].channel_data;
+        assert!(channels.list.iter().any(|channel| channel.name.to_string().starts_with("error")));
+    }
+    let (status, words) = code(&render(&["shadow.exr"]));
+    assert_eq!(status, 2, "{words}");
+    assert!(words.contains("peak") && words.contains("allowed: false"), "{words}");
+    // Nobody may keep a server busy with it.
+    let common = common();
+    let sky = common.server.sky(&scene());
+    let problem = common.server.get(&format!("{sky}/irradiance.exr?method=reference")).problem(422);
+    assert_eq!(problem["errors"][0]["pointer"], "method");
+}
+
+#[test]
+fn a_film_may_go_back_to_its_start() {
+    let folder = folder_with(&scene());
+    let delays = |back: &[&str]| {
+        let film = ["film", "scene.json", "thickness", "--size", "8", "--count", "5", "-o", "film.gif"];
+        let output = skyloom(folder.path(), &[&film[..], back].concat());
+        assert_eq!(code(&output).0, 0, "{}", code(&output).1);
+        let bytes = std::fs::read(folder.path().join("film.gif")).unwrap();
+        // A graphic control extension opens every frame.
+        bytes.windows(3).filter(|window| window == b"\x21\xf9\x04").count()
+    };
+    assert_eq!((delays(&[]), delays(&["--back"])), (5, 8));
+}

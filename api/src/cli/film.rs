@@ -68,7 +68,7 @@ pub(super) fn command(options: &ArgMatches) -> Result<(), Fault> {
         bar.set(f64::from(frame + 1) / f64::from(count));
     }
     let bytes = match kind {
-        Kind::Gif => animation(&pictures, fps)?,
+        Kind::Gif => animation(&pictures, fps, options.get_flag("back"))?,
         Kind::Strip => strip(&pictures)?,
     };
     drop(bar);
@@ -112,14 +112,16 @@ impl Picture {
     }
 }
 
-fn animation(pictures: &[Picture], fps: f64) -> Result<Vec<u8>, Fault> {
+/// `back`: the frames come again in reverse, so that the last is followed by the first without a cut.
+fn animation(pictures: &[Picture], fps: f64, back: bool) -> Result<Vec<u8>, Fault> {
     let failed = |error: gif::EncodingError| Fault::Failure(error.to_string());
     let side = pictures.first().map_or(1, |picture| picture.side);
     let side = u16::try_from(side).map_err(|error| Fault::Usage(format!("{side} pixels a side; a GIF: {error}")))?;
     let mut bytes = Vec::new();
     let mut encoder = Encoder::new(&mut bytes, side, side, &[]).map_err(failed)?;
     encoder.set_repeat(Repeat::Infinite).map_err(failed)?;
-    for picture in pictures {
+    let again = if back { pictures.get(1..pictures.len().saturating_sub(1)).unwrap_or_default() } else { &[] };
+    for picture in pictures.iter().chain(again.iter().rev()) {
         let mut frame = Frame::from_rgb_speed(side, side, &picture.pixels, COLOUR_SEARCH);
         // Hundredths of a second; viewers slow down what is faster than two of them.
         frame.delay = (100.0 / fps).round().clamp(2.0, 1000.0) as u16;

@@ -76,9 +76,11 @@ pub(super) fn command(options: &ArgMatches) -> Result<(), Fault> {
 /// Noise of a Monte Carlo texture in words: median and largest of its lit texels, relative; none for other methods.
 fn noise(texture: &Texture) -> Option<String> {
     let errors = texture.standard_error.as_ref()?;
-    let texels = texture.data.chunks(4).zip(errors.chunks(3));
+    // Green, or the only one.
+    let (count, channel) = (texture.channels.len(), usize::from(texture.channels.len() > 1));
+    let texels = texture.data.chunks(count).zip(errors.chunks(count.min(3)));
     let mut parts: Vec<f32> = texels
-        .filter_map(|(texel, error)| Some((*texel.get(1)?, *error.get(1)?)))
+        .filter_map(|(texel, error)| Some((*texel.get(channel)?, *error.get(channel)?)))
         .filter(|(light, error)| *light > 0.0 && *error > 0.0)
         .map(|(light, error)| error / light)
         .collect();

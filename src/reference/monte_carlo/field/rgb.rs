@@ -26,7 +26,8 @@ pub struct RgbLayer<'a> {
 }
 
 impl<'a> RgbLayer<'a> {
-    fn of(&self, colour: usize) -> Layer<'a> {
+    /// The layer in one colour: 0, 1, 2 for red, green, blue.
+    pub(crate) fn of(&self, colour: usize) -> Layer<'a> {
         Layer {
             base_m: self.base_m,
             thickness: self.thickness,
