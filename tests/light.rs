@@ -5,7 +5,8 @@ mod common;
 
 use common::sky::Sky;
 use serde_json::{Value, json};
-use skyloom::reference::Map;
+use skyloom::reference::{Map, ground_sun};
+use skyloom::render::Watch;
 
 const SIDE: usize = 64;
 const EXTENT_M: f64 = 3200.0;
@@ -261,6 +262,39 @@ fn half_a_tile_further_is_the_same_light() {
         // Rays that graze a cliff meet it or not by the rounding of their place, some 1e-6 of a texel: one in a thousand.
         let beyond = beyond.count();
         assert!(beyond <= SIDE * SIDE * channels / 1000, "{texture} {query:?}: {beyond} values differ");
+    }
+}
+
+/// Rays along the lines between texels, and through their crossings, see the same cloud as their twins in double precision,
+/// which know of no blocks.
+#[test]
+fn rays_along_the_lines_of_a_map_are_no_exception() {
+    let mut sky = Sky::open();
+    for side in [1_u32, 2, 8, 24] {
+        let heights: Vec<f32> = (0..side * side).map(|i| (i * 7919 % 101) as f32 * 4.0 + 1.0).collect();
+        let image = sky.add_image(side, side, heights);
+        for azimuth in [0, 45, 90, 135, 180, 225, 270, 315] {
+            for zenith in [45.0, 80.0] {
+                let scene = json!({
+                    "domain": { "extent_m": 2400, "resolution": side },
+                    "sun": { "zenith_deg": zenith, "azimuth_deg": azimuth },
+                    "atmosphere": { "sun": [1, 1, 1], "sky": [0, 0, 0] },
+                    "layers": [{ "base_m": 0, "thickness": { "kind": "image", "image": image, "scale_m": 1 },
+                        "droplets": { "henyey_greenstein": 0.85, "extinction_per_m": 0.001 } }],
+                });
+                // Texels' centres, edges and corners.
+                for size in [side, 2 * side, 3 * side] {
+                    let job = sky.job(&scene, "shadow", &[("peak", "false"), ("size", &size.to_string())]);
+                    let stages = sky.renderer.inspect(&job, &Watch::default()).unwrap();
+                    let (thickness, table) = (Map::from(&stages.thickness), Map::from(&stages.tables.transmittance));
+                    let twin = ground_sun::main(&stages.frame, &stages.view, &thickness, &table);
+                    for (found, twin) in stages.output.iter().zip(twin) {
+                        let error = (f64::from(*found) - twin.unscattered.w).abs();
+                        assert!(error < 1e-4, "{side} texels, sun {zenith}, {azimuth}: {found} {}", twin.unscattered.w);
+                    }
+                }
+            }
+        }
     }
 }
 

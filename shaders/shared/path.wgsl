@@ -102,7 +102,9 @@ fn path_from(
             left *= passing;
         }
         let beyond = select(corner - 1.0, corner + side, forward);
-        cell = select(clamp(floor(next_place), corner, corner + side - 1.0), beyond, end <= vec2<f32>(next_m));
+        // A ray that goes down an axis, or along a line, is in the cell below the line that it is on.
+        let reached = select(ceil(next_place) - 1.0, floor(next_place), forward);
+        cell = select(clamp(reached, corner, corner + side - 1.0), beyond, end <= vec2<f32>(next_m));
         height_m = next_m;
     }
     return Path(sum / cosine, from_m + low.x / max(low.y, 1e-30), from_m + high.x / max(high.y, 1e-30));
