@@ -18,16 +18,14 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     var column = vec3<f32>(0.0);
     var through = vec3<f32>(0.0);
     var not_reflected = vec3<f32>(0.0);
-    let samples = f32(frame.samples);
-    for (var i = 0u; i < frame.samples * frame.samples; i++) {
-        let inside = vec2<f32>(f32(i % frame.samples), f32(i / frame.samples)) + 0.5;
-        let uv = (vec2<f32>(id.xy) + inside / samples) / f32(frame.texels);
+    for (var i = 0u; i < SUNLIGHT_SAMPLES; i++) {
+        let uv = sunlight_sample(frame, id.xy, i);
         let depth = frame.extinction.w * sample_periodic(thickness, repeat, uv + frame.offset_uv, 0u).x;
         column += slab_transmittance(transmittance, clamped, depth, frame.sun.w);
         through += slab_transmittance_diffuse(diffuse, clamped, depth);
         not_reflected += slab_not_reflected_diffuse(diffuse, clamped, depth);
     }
-    let share = 1.0 / (samples * samples);
+    let share = 1.0 / f32(SUNLIGHT_SAMPLES);
     textureStore(column_out, id.xy, vec4<f32>(column * share, 0.0));
     textureStore(through_out, id.xy, vec4<f32>(through * share, 0.0));
     textureStore(not_reflected_out, id.xy, vec4<f32>(not_reflected * share, 0.0));

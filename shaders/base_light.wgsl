@@ -35,10 +35,8 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     var entered = vec3<f32>(0.0);
     var reflected = vec3<f32>(0.0);
     var sent_up = vec3<f32>(0.0);
-    let samples = f32(frame.samples);
-    for (var i = 0u; i < frame.samples * frame.samples; i++) {
-        let inside = vec2<f32>(f32(i % frame.samples), f32(i / frame.samples)) + 0.5;
-        let uv = (vec2<f32>(id.xy) + inside / samples) / f32(frame.texels);
+    for (var i = 0u; i < SUNLIGHT_SAMPLES; i++) {
+        let uv = sunlight_sample(frame, id.xy, i);
         let height_m = sample_periodic(thickness, repeat, uv + frame.offset_uv, 0u).x;
         let column_m = height_m / frame.sun.w;
         var path_m = column_m;
@@ -58,11 +56,11 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         reflected += entering
             * slab_reflectance(reflectance, clamped, frame.extinction.w * column_m * frame.sun.w, frame.sun.w);
     }
-    let share = lit / (samples * samples);
+    let share = lit / f32(SUNLIGHT_SAMPLES);
     // What the slanted ray sends up is needed for its mean alone: it travels in the fourth channels, and so does entry.
     sent_up *= share;
     textureStore(beam_out, id.xy, vec4<f32>(beam * share, sent_up.r));
     textureStore(tilted_out, id.xy, vec4<f32>(tilted * share, sent_up.g));
     textureStore(entered_out, id.xy, vec4<f32>(entered * share, sent_up.b));
-    textureStore(reflected_out, id.xy, vec4<f32>(reflected * share, entering_sum / (samples * samples)));
+    textureStore(reflected_out, id.xy, vec4<f32>(reflected * share, entering_sum / f32(SUNLIGHT_SAMPLES)));
 }

@@ -15,12 +15,10 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     if id.x >= frame.texels || id.y >= frame.texels {
         return;
     }
-    let samples = f32(frame.samples);
     let texel = 0.5 / vec2<f32>(textureDimensions(thickness));
     var sum = 0.0;
-    for (var i = 0u; i < frame.samples * frame.samples; i++) {
-        let inside = vec2<f32>(f32(i % frame.samples), f32(i / frame.samples)) + 0.5;
-        let uv = (vec2<f32>(id.xy) + inside / samples) / f32(frame.texels);
+    for (var i = 0u; i < SUNLIGHT_SAMPLES; i++) {
+        let uv = sunlight_sample(frame, id.xy, i);
         let place = uv + frame.offset_uv;
         let height_m = sample_periodic(thickness, repeat, place, 0u).x;
         if height_m > 0.0 {
@@ -38,5 +36,5 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
             sum += select(seen * clamp(facing, 0.0, MOST), 1.0, frame.columns == 1u);
         }
     }
-    textureStore(entry_out, id.xy, vec4<f32>(sum / (samples * samples), 0.0, 0.0, 0.0));
+    textureStore(entry_out, id.xy, vec4<f32>(sum / f32(SUNLIGHT_SAMPLES), 0.0, 0.0, 0.0));
 }

@@ -58,8 +58,6 @@ pub struct Plan {
     pub detail: Option<Detail>,
     /// How sunlight is carried through uneven cloud.
     pub transport: Transport,
-    /// Samples a side of the thickness map in one texel of the maps of sunlight, at most.
-    pub most_samples: u32,
     /// Grid texels per height of the cloud base.
     pub texels_per_height: f64,
     /// Relative change at which the exchange between cloud and ground is taken as settled.
@@ -101,7 +99,6 @@ impl Plan {
             } else {
                 Transport::Blended
             }),
-            most_samples: if tolerance >= COARSE_GRID { 1 } else { 2 },
             texels_per_height: if tolerance >= COARSE_GRID { 2.0 } else { 4.0 },
             exchange_change: EXCHANGE_SHARE * tolerance,
         }
@@ -109,8 +106,8 @@ impl Plan {
 
     /// What of the plan touches the light between cloud and ground.
     pub(crate) fn light_key(&self) -> String {
-        let Self { transport, most_samples, texels_per_height, exchange_change, .. } = self;
-        format!("{transport:?} {most_samples} {texels_per_height} {exchange_change}")
+        let Self { transport, texels_per_height, exchange_change, .. } = self;
+        format!("{transport:?} {texels_per_height} {exchange_change}")
     }
 
     /// The plan in words, stage by stage, for a scene.

@@ -12,16 +12,15 @@ struct Frame {
     offset_uv: vec2<f32>,     // where the wind has carried the field
     shift_uv: vec2<f32>,      // from a ground point to where its sun ray crosses the layer's base
     above_uv: vec2<f32>,      // from a point of the base to where its sun ray crosses the base of the layer above
+    sample_at: vec2<f32>,     // see sunlight_sample
     extent_m: f32,
     base_m: f32,
     depth_m: f32,             // no cloud is thicker
     max_steps: u32,           // cuts of a ray through the layer
     texels: u32,              // of the maps of sunlight, a side
-    samples: u32,             // a side, of the thickness map in one of their texels
     columns: u32,             // 1: each column is lit from straight above, as if its neighbours were like it
     discs: u32,               // places on the sun's disc that are looked at, 1 for a point
     sun_radius: f32,          // angle, radians
-    spare: u32,
 }
 
 // One output texture, or a band of its rows.
@@ -141,6 +140,15 @@ const MIN_COSINE: f32 = 1e-4;
 // Squares between texel centres in a block of a thickness map whose bounds are known, a side: see field_bounds.
 const BOUNDS_TEXELS: u32 = 8u;
 const PI: f32 = 3.14159265358979;
+
+// Places in a texel of the maps of sunlight at which the thickness map is looked at: two, opposite each other, turned from
+// texel to texel so that neither axis is preferred.
+const SUNLIGHT_SAMPLES: u32 = 2u;
+
+fn sunlight_sample(frame: Frame, texel: vec2<u32>, i: u32) -> vec2<f32> {
+    let apart = select(frame.sample_at, frame.sample_at.yx, (texel.x + texel.y) % 2u == 1u);
+    return (vec2<f32>(texel) + 0.5 + select(apart, -apart, i == 1u)) / f32(frame.texels);
+}
 
 // Place on the domain of a point given in metres; row 0 of a map is the north edge.
 fn domain_uv(position_m: vec2<f32>, extent_m: f32) -> vec2<f32> {

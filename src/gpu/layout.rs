@@ -31,6 +31,8 @@ pub struct Frame {
     pub shift_uv: [f32; 2],
     /// From a point of the base to where its sun ray crosses the base of the layer above.
     pub above_uv: [f32; 2],
+    /// Where in a texel of the maps of sunlight thickness is looked at, from its middle, texels; and opposite.
+    pub sample_at: [f32; 2],
     /// Side of the domain.
     pub extent_m: f32,
     /// Height of the cloud base.
@@ -41,16 +43,12 @@ pub struct Frame {
     pub max_steps: u32,
     /// Of the maps of sunlight, a side.
     pub texels: u32,
-    /// Samples a side of the thickness map in one of their texels.
-    pub samples: u32,
     /// 1: each column is lit from straight above, as if its neighbours were like it.
     pub columns: u32,
     /// Places on the sun's disc that are looked at.
     pub discs: u32,
     /// Radius of the sun's disc, radians.
     pub sun_radius: f32,
-    /// Unused.
-    pub spare: u32,
 }
 
 /// One output texture, or a band of its rows.

@@ -7,9 +7,9 @@ use crate::plan::Plan;
 const LEAST_TEXELS: u32 = 16;
 const MOST_SUN_TEXELS: u32 = 1024;
 const MOST_EXCHANGE_TEXELS: u32 = 256;
-/// Samples a side of the thickness map in one texel, at most: with the steps of two marches far below the 65,535 iterations of
-/// an invocation at which a common software driver silently stops.
-const MOST_SAMPLES: u32 = 4;
+/// Where in a texel thickness is looked at, from its middle, before [`sample_at`]: with the opposite place, two knights of
+/// chess on a board of 4 x 4, a pattern without gaps along either axis.
+const SAMPLE_AT: [f64; 2] = [0.375, 0.125];
 /// Texels of the maps of sunlight per transport length: light is spread by about as much.
 const TEXELS_PER_LENGTH: f64 = 2.0;
 /// Between where light enters a cloud and where it leaves: standard deviation on each axis, transport lengths (measured
@@ -21,8 +21,8 @@ const SPREAD: f64 = 0.7;
 pub(crate) struct Grids {
     /// Texels a side of the maps of sunlight; powers of two.
     pub(crate) sun_texels: u32,
-    /// Samples a side of the thickness map in one of them.
-    pub(crate) samples: u32,
+    /// Where in one of them thickness is looked at, from its middle, texels; and opposite.
+    pub(crate) sample_at: [f64; 2],
     /// Texels a side of the exchange grid: not finer than the maps of sunlight, unless these have one texel.
     pub(crate) exchange_texels: u32,
 }
@@ -60,7 +60,7 @@ pub(crate) struct SceneShape<'a> {
 pub(crate) fn grids(scene: &SceneShape<'_>, plan: &Plan) -> Grids {
     let detail = scene.thickness_texels.max(scene.albedo_texels);
     if detail == 1 {
-        return Grids { sun_texels: 1, samples: 1, exchange_texels: 1 };
+        return Grids { sun_texels: 1, sample_at: SAMPLE_AT, exchange_texels: 1 };
     }
     // Light between the planes is smooth over the height of the base.
     let per_extent =
@@ -72,14 +72,24 @@ pub(crate) fn grids(scene: &SceneShape<'_>, plan: &Plan) -> Grids {
     let needed = per_extent(plan.texels_per_height, scene.base_m, most);
     let exchange_texels = needed.min(detail).clamp(LEAST_TEXELS, most).next_power_of_two();
     if scene.thickness_texels == 1 {
-        return Grids { sun_texels: 1, samples: 1, exchange_texels };
+        return Grids { sun_texels: 1, sample_at: SAMPLE_AT, exchange_texels };
     }
     let finest_m = scene.layers.iter().map(|layer| layer.transport_length_m).fold(f64::MAX, f64::min);
     let needed = per_extent(TEXELS_PER_LENGTH, finest_m, MOST_SUN_TEXELS);
     let fine = needed.min(scene.thickness_texels).clamp(LEAST_TEXELS, MOST_SUN_TEXELS).next_power_of_two();
     let sun_texels = fine.max(exchange_texels);
-    let samples = (2 * scene.thickness_texels).div_ceil(sun_texels).clamp(1, plan.most_samples.min(MOST_SAMPLES));
-    Grids { sun_texels, samples, exchange_texels }
+    let sample_at = sample_at(f64::from(scene.thickness_texels) / f64::from(sun_texels));
+    Grids { sun_texels, sample_at, exchange_texels }
+}
+
+/// Where thickness is looked at in a texel that is so many of the thickness map's wide. At those texels' centres a bilinear
+/// map is roughest, half-way between them smoothest; a quarter from a centre it is as rough as on the mean. Two samples there
+/// are worth more than four elsewhere, which make light through broken cloud wrong by several per cent.
+fn sample_at(texels: f64) -> [f64; 2] {
+    SAMPLE_AT.map(|at| {
+        let place = (0.5 + at) * texels;
+        0.5 * ((2.0 * place).floor() + 0.5) / texels - 0.5
+    })
 }
 
 impl Grids {
@@ -95,4 +105,22 @@ pub(crate) fn shift_uv(sun: [f64; 3], height_m: f64, extent_m: f64) -> [f32; 2] 
     let tiles = height_m / (cosine * extent_m);
     // Brought to one tile in f64: at grazing sun the offset is thousands of tiles.
     [(tiles * sun[0]).rem_euclid(1.0) as f32, (-tiles * sun[1]).rem_euclid(1.0) as f32]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::sample_at;
+
+    #[test]
+    fn samples_lie_a_quarter_of_a_texel_from_a_centre() {
+        for texels in [0.5, 1.0, 2.0, 3.0, 4.0, 8.0] {
+            let [x, y] = sample_at(texels);
+            for place in [0.5 + x, 0.5 + y] {
+                assert!((0.5..1.0).contains(&place), "{place} at {texels}");
+                let from_centre = ((place * texels).fract() - 0.5).abs();
+                // Rounding.
+                assert!((from_centre - 0.25).abs() < 1e-12, "{place} at {texels}");
+            }
+        }
+    }
 }

@@ -1,6 +1,6 @@
 //! What columns make of light. Twin of `shaders/base_column.wgsl`.
 
-use super::base_light::samples;
+use super::base_light::{SAMPLES, samples};
 use super::frame::vec2;
 use super::map::{Map, texel};
 use super::slab::{slab_not_reflected_diffuse, slab_transmittance, slab_transmittance_diffuse};
@@ -11,14 +11,13 @@ use glam::DVec3;
 /// of sunlight.
 pub fn main(frame: &Frame, thickness: &Map, transmittance: &Map, diffuse: &Map) -> [Map; 3] {
     let side = frame.texels as usize;
-    let count = f64::from(frame.samples * frame.samples);
     let mean = |of_depth: &(dyn Fn(f64) -> DVec3 + Sync)| {
         Map::from_fn(side, side, |x, y| {
             let depths = samples(frame, x, y).map(|uv| {
                 let height_m = thickness.sample_periodic((uv + vec2(frame.offset_uv)).to_array())[0];
                 f64::from(frame.extinction[3]) * height_m
             });
-            texel(depths.map(of_depth).sum::<DVec3>() / count)
+            texel(depths.map(of_depth).iter().sum::<DVec3>() / SAMPLES as f64)
         })
     };
     [

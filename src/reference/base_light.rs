@@ -6,7 +6,7 @@ use super::path::path_in_layer;
 use super::slab::slab_reflectance;
 use super::sun::sun_through;
 use crate::gpu::layout::Frame;
-use glam::{DVec2, DVec3};
+use glam::{DVec2, DVec3, Vec2Swizzles as _};
 use rayon::prelude::*;
 
 /// Means over each texel of the maps of sunlight, as parts of the horizontal irradiance above all layers.
@@ -42,21 +42,20 @@ pub struct Maps<'a> {
 /// Light spreads in clouds deeper than a third of a transport length.
 const SPREADING: f64 = 3.0;
 
-/// The places in a texel of the maps of sunlight at which the thickness map is sampled.
-pub(super) fn samples(frame: &Frame, x: usize, y: usize) -> impl Iterator<Item = DVec2> {
-    let (count, texels) = (frame.samples, f64::from(frame.texels));
-    let corner = DVec2::new(x as f64, y as f64);
-    (0..count * count).map(move |i| {
-        let inside = DVec2::new(f64::from(i % count), f64::from(i / count)) + 0.5;
-        (corner + inside / f64::from(count)) / texels
-    })
+/// How many places in a texel of the maps of sunlight the thickness map is sampled at.
+pub(super) const SAMPLES: usize = 2;
+
+/// The places themselves.
+pub(super) fn samples(frame: &Frame, x: usize, y: usize) -> [DVec2; SAMPLES] {
+    let (middle, apart) = (texel_centre(x, y, frame.texels), vec2(frame.sample_at) / f64::from(frame.texels));
+    let apart = if (x + y) % 2 == 1 { apart.yx() } else { apart };
+    [middle + apart, middle - apart]
 }
 
 /// The four maps.
 pub fn main(frame: &Frame, maps: &Maps<'_>) -> BaseLight {
     let side = frame.texels as usize;
     let (extinction, cosine) = (f64::from(frame.extinction[3]), f64::from(frame.sun[3]));
-    let count = f64::from(frame.samples * frame.samples);
     let texel = |x: usize, y: usize| {
         let centre = texel_centre(x, y, frame.texels);
         let lit = rgb(maps.above.sample_periodic((centre + vec2(frame.above_uv)).to_array()));
@@ -86,12 +85,12 @@ pub fn main(frame: &Frame, maps: &Maps<'_>) -> BaseLight {
             ];
             sums.iter_mut().zip(parts).for_each(|(sum, part)| *sum += part);
         }
-        let [beam, tilted, entered, reflected, sent_up] = sums.map(|sum| lit * sum / count);
+        let [beam, tilted, entered, reflected, sent_up] = sums.map(|sum| lit * sum / SAMPLES as f64);
         [
             beam.extend(sent_up.x),
             tilted.extend(sent_up.y),
             entered.extend(sent_up.z),
-            reflected.extend(entering_sum / count),
+            reflected.extend(entering_sum / SAMPLES as f64),
         ]
         .map(|texel| texel.to_array())
     };

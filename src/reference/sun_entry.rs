@@ -1,6 +1,6 @@
 //! Where sunlight enters the cloud. Twin of `shaders/sun_entry.wgsl`.
 
-use super::base_light::samples;
+use super::base_light::{SAMPLES, samples};
 use super::frame::{vec2, vec3};
 use super::map::Map;
 use super::path::path_from;
@@ -14,7 +14,6 @@ const MOST: f64 = 30.0;
 /// channel.
 pub fn main(frame: &Frame, thickness: &Map) -> Map {
     let side = frame.texels as usize;
-    let count = f64::from(frame.samples * frame.samples);
     let texel = 0.5 / dvec2(thickness.width as f64, thickness.height as f64);
     let height_at = |place: DVec2| thickness.sample_periodic(place.to_array())[0];
     let sample = |uv: DVec2| {
@@ -39,5 +38,6 @@ pub fn main(frame: &Frame, thickness: &Map) -> Map {
         let path = path_from(thickness, frame, uv, sun, height_m);
         (-f64::from(frame.beam[3]) * f64::from(frame.extinction[3]) * path.length_m).exp() * facing.min(MOST)
     };
-    Map::from_fn(side, side, |x, y| [samples(frame, x, y).map(sample).sum::<f64>() / count, 0.0, 0.0, 0.0])
+    let mean = |x, y| samples(frame, x, y).map(sample).iter().sum::<f64>() / SAMPLES as f64;
+    Map::from_fn(side, side, |x, y| [mean(x, y), 0.0, 0.0, 0.0])
 }

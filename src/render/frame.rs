@@ -101,11 +101,10 @@ impl LayerMoment {
             max_steps: if field.is_uniform() { 1 } else { MAX_STEPS },
             // Set when the grids are planned, for all layers together.
             texels: 1,
-            samples: 1,
+            sample_at: [0.0; 2],
             columns: (plan.transport == Transport::Columns || cosine <= 0.0).into(),
             discs: discs(scene, base_m + f64::from(field.depth_m), output_m),
             sun_radius: (0.5 * scene.sun.angular_diameter_deg.get()).to_radians() as f32,
-            spare: 0,
         };
         let shape = LayerShape { transport_length_m, depth_m: field.depth_m.into() };
         Self { frame, extinction_per_m, shape, top_m: base_m + f64::from(field.top_m), texel_m }
@@ -157,7 +156,7 @@ impl Moment {
         let grids = grids(&shape, &plan);
         for layer in &mut layers {
             layer.frame.texels = grids.sun_texels;
-            layer.frame.samples = grids.samples;
+            layer.frame.sample_at = grids.sample_at.map(|part| part as f32);
         }
         let top_m = layers.iter().map(|layer| layer.top_m).fold(base_m, f64::max);
         Self { layers, plan, grids, base_m, top_m, extent_m }
