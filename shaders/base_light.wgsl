@@ -40,7 +40,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         let height_m = sample_periodic(thickness, repeat, uv + frame.offset_uv, 0u).x;
         let column_m = height_m / frame.sun.w;
         var path_m = column_m;
-        if frame.columns == 0u {
+        if frame.columns != 1u {
             path_m = path_in_layer(thickness, bounds, repeat, frame, uv, frame.sun.xyz).length_m;
         }
         let along = sun_through(path_m);

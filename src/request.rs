@@ -145,7 +145,7 @@ pub enum Method {
 pub enum Transport {
     /// Each column by itself, as if its neighbours were like it: what most renderers do. For comparison.
     Columns,
-    /// A column as deep as the slanted ray to the sun that ends at its base.
+    /// A column as deep as the slanted ray to the sun that ends at its base; seen from above, slopes without their shadows.
     Tilted,
     /// Columns lit by what enters around them: the sunlit parts of the cloud's top, blurred as light spreads.
     Entry,

@@ -489,6 +489,10 @@ fn light_between_cloud_and_ground() {
         check_sunlight(&stages);
         check_means(&stages);
     }
+    for transport in ["columns", "tilted", "entry"] {
+        eprintln!("{transport}");
+        check_sunlight(&Sky::at(60.0).stages("irradiance", &[("transport", transport)]));
+    }
 }
 
 #[test]

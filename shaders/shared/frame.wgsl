@@ -18,7 +18,8 @@ struct Frame {
     depth_m: f32,             // no cloud is thicker
     max_steps: u32,           // cuts of a ray through the layer
     texels: u32,              // of the maps of sunlight, a side
-    columns: u32,             // 1: each column is lit from straight above, as if its neighbours were like it
+    columns: u32,             // 1: each column is lit from straight above, as if its neighbours were like it; 2: light at
+                              // the base is marched, but no part of the top is in the shadow of another
     discs: u32,               // places on the sun's disc that are looked at, 1 for a point
     sun_radius: f32,          // angle, radians
 }

@@ -43,7 +43,8 @@ pub struct Frame {
     pub max_steps: u32,
     /// Of the maps of sunlight, a side.
     pub texels: u32,
-    /// 1: each column is lit from straight above, as if its neighbours were like it.
+    /// 1: each column is lit from straight above, as if its neighbours were like it; 2: light at the base is marched, but no
+    /// part of the top is in the shadow of another.
     pub columns: u32,
     /// Places on the sun's disc that are looked at.
     pub discs: u32,

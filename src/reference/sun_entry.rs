@@ -35,6 +35,9 @@ pub fn main(frame: &Frame, thickness: &Map) -> Map {
         if facing <= 0.0 {
             return 0.0;
         }
+        if frame.columns == 2 {
+            return facing.min(MOST);
+        }
         let path = path_from(thickness, frame, uv, sun, height_m);
         (-f64::from(frame.beam[3]) * f64::from(frame.extinction[3]) * path.length_m).exp() * facing.min(MOST)
     };

@@ -102,7 +102,13 @@ impl LayerMoment {
             // Set when the grids are planned, for all layers together.
             texels: 1,
             sample_at: [0.0; 2],
-            columns: (plan.transport == Transport::Columns || cosine <= 0.0).into(),
+            columns: match plan.transport {
+                // No sun, no rays to follow.
+                _ if cosine <= 0.0 => 1,
+                Transport::Columns => 1,
+                Transport::Tilted => 2,
+                Transport::Entry | Transport::Blended => 0,
+            },
             discs: discs(scene, base_m + f64::from(field.depth_m), output_m),
             sun_radius: (0.5 * scene.sun.angular_diameter_deg.get()).to_radians() as f32,
         };
