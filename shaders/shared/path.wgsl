@@ -49,7 +49,7 @@ fn path_from(
     let forward = slope > vec2<f32>(0.0);
     // A ray along a line never meets another.
     let pitch = 1.0 / max(abs(slope), vec2<f32>(1e-12));
-    var cell = select(ceil(place) - 1.0, floor(place), forward);
+    var cell = path_cell(place, forward);
     let block_side = f32(BOUNDS_TEXELS);
     let way_m = frame.depth_m - from_m;
     var sum = 0.0;
@@ -91,10 +91,15 @@ fn path_from(
             high_m = select(height_m + part_m, next_m, last > 0.0);
         }
         let beyond = select(corner - 1.0, corner + side, forward);
-        cell = select(clamp(floor(next_place), corner, corner + side - 1.0), beyond, end <= vec2<f32>(next_m));
+        cell = select(clamp(path_cell(next_place, forward), corner, corner + side - 1.0), beyond, end <= vec2<f32>(next_m));
         height_m = next_m;
     }
     return Path(sum / cosine, from_m + min(low_m, high_m), from_m + high_m);
+}
+
+// The cell that a ray goes into: where it lies on a line, the one ahead.
+fn path_cell(place: vec2<f32>, forward: vec2<bool>) -> vec2<f32> {
+    return select(ceil(place) - 1.0, floor(place), forward);
 }
 
 // Ways up to where a ray leaves a square on each axis.
