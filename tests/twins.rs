@@ -136,8 +136,15 @@ fn reach_uv(frame: &Frame, cosine: f64) -> f64 {
 
 /// A thickness map as a device may read it at worst: see [`place_error`]. Its heights are rounded too.
 fn raised(frame: &Frame, map: &Map, cosine: f64) -> Map {
-    let error_m = place_error(map, reach_uv(frame, cosine)) + 4.0 * ROUND * f64::from(frame.depth_m);
-    Map::from_fn(map.width, map.height, |x, y| [map.texel(x, y)[0] + error_m, 0.0, 0.0, 0.0])
+    lifted(map, misread_m(frame, map, cosine))
+}
+
+fn misread_m(frame: &Frame, map: &Map, cosine: f64) -> f64 {
+    place_error(map, reach_uv(frame, cosine)) + 4.0 * ROUND * f64::from(frame.depth_m)
+}
+
+fn lifted(map: &Map, by_m: f64) -> Map {
+    Map::from_fn(map.width, map.height, |x, y| [(map.texel(x, y)[0] + by_m).max(0.0), 0.0, 0.0, 0.0])
 }
 
 /// Tolerance of each value of a twin: a steady part, and what another run of the twin does to the value.
@@ -426,7 +433,9 @@ fn check_cloud(stages: &Stages) {
         [.., perspective] if perspective > 0.5 => 1.0,
         [_, _, up, _] => f64::from(up).abs(),
     };
-    let higher = twin(frame, &raised(frame, &thickness, cosine));
+    let misread_m = misread_m(frame, &thickness, cosine);
+    // Lower as well: a ray may miss the cloud that it only just touches, and meet another far away.
+    let [higher, lower] = [misread_m, -misread_m].map(|by_m| twin(frame, &lifted(&thickness, by_m)));
     let mut turned_frame = *frame;
     turned_frame.sun[0] += DIRECTION;
     let turned = twin(&turned_frame, &thickness);
@@ -440,11 +449,27 @@ fn check_cloud(stages: &Stages) {
         shares + if stages.slice.is_some() { SLICE_REL } else { TABLE_REL }
     });
     let mut bounds = allowed(&cloud, &higher, tolerance);
-    bounds.iter_mut().zip(cloud.iter().zip(&turned)).for_each(|(bound, (a, b))| *bound += (a - b).abs());
+    for other in [lower, turned] {
+        bounds.iter_mut().zip(cloud.iter().zip(&other)).for_each(|(bound, (a, b))| *bound += (a - b).abs());
+    }
     // Alpha knows nothing of light.
     let alpha = allowed(&cloud, &higher, Tolerance::new(CANCEL, BEAM_REL));
     bounds.iter_mut().zip(alpha).skip(3).step_by(4).for_each(|(bound, alpha)| *bound = alpha);
     check_each("cloud", &stages.output, &cloud, &bounds);
+}
+
+/// Alpha alone: where the ray meets the cloud does not matter.
+fn check_alpha(stages: &Stages) {
+    let (frame, view, thickness) = (&stages.frame, &stages.view, map(&stages.thickness));
+    let alpha = |thickness: &Map| {
+        reference::frame::image(view, |place| {
+            let path_m = reference::cloud::view_ray(frame, view, thickness, place).path_m;
+            [-(-f64::from(frame.extinction[3]) * path_m).exp_m1()]
+        })
+    };
+    let (twin, other) = (alpha(&thickness), alpha(&raised(frame, &thickness, view.towards[2].abs().into())));
+    let device: Vec<f32> = stages.output.iter().skip(3).step_by(4).copied().collect();
+    check_each("alpha", &device, &twin, &allowed(&twin, &other, Tolerance::new(CANCEL, BEAM_REL)));
 }
 
 fn largest(map: &Map) -> f64 {
@@ -530,6 +555,21 @@ fn shadows_of_images_of_any_size() {
             check_bounds(&stages);
             check_shadow(&stages);
             check_shadow(&unfiltered().inspect(&sky.job("shadow", &query), &Watch::default()).unwrap());
+        }
+    }
+}
+
+#[test]
+fn views_along_lines_between_texels() {
+    for (number, (width, _)) in sky::WAVES_SIZES.iter().enumerate() {
+        for azimuth in ["0", "90", "180", "270"] {
+            let sky = Sky { thickness: sky::waves_of(number), ..Sky::hazy(50.0) };
+            // Rays that start at centres of texels and go along a row or column of them, through the whole domain.
+            let (direction, size) = (format!("89.9,{azimuth}"), width.to_string());
+            for view in ["below", "above"] {
+                eprintln!("{width}, {view}, {direction}");
+                check_alpha(&sky.stages("cloud", &[("view", view), ("direction", &direction), ("size", &size)]));
+            }
         }
     }
 }

@@ -49,7 +49,7 @@ fn path_from(
     let forward = slope > vec2<f32>(0.0);
     // A ray along a line never meets another.
     let pitch = 1.0 / max(abs(slope), vec2<f32>(1e-12));
-    var cell = select(ceil(place) - 1.0, floor(place), forward);
+    var cell = path_cell(place, forward);
     let block_side = f32(BOUNDS_TEXELS);
     let way_m = frame.depth_m - from_m;
     // Optical depth per metre of height.
@@ -102,9 +102,7 @@ fn path_from(
             left *= passing;
         }
         let beyond = select(corner - 1.0, corner + side, forward);
-        // A ray that goes down an axis, or along a line, is in the cell below the line that it is on.
-        let reached = select(ceil(next_place) - 1.0, floor(next_place), forward);
-        cell = select(clamp(reached, corner, corner + side - 1.0), beyond, end <= vec2<f32>(next_m));
+        cell = select(clamp(path_cell(next_place, forward), corner, corner + side - 1.0), beyond, end <= vec2<f32>(next_m));
         height_m = next_m;
     }
     return Path(sum / cosine, from_m + low.x / max(low.y, 1e-30), from_m + high.x / max(high.y, 1e-30));
@@ -114,6 +112,11 @@ fn path_from(
 // thin one, 1/x in a thick one.
 fn path_mean_depth(x: f32) -> f32 {
     return select(1.0 / max(x, 0.3) - 1.0 / (exp(min(x, 80.0)) - 1.0), 0.5 - x / 12.0 + x * x * x / 720.0, x < 0.3);
+}
+
+// The cell that a ray goes into: where it lies on a line, the one ahead.
+fn path_cell(place: vec2<f32>, forward: vec2<bool>) -> vec2<f32> {
+    return select(ceil(place) - 1.0, floor(place), forward);
 }
 
 // Ways up to where a ray leaves a square on each axis.

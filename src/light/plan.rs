@@ -86,6 +86,7 @@ pub(crate) fn grids(scene: &SceneShape<'_>, plan: &Plan) -> Grids {
 /// map is roughest, half-way between them smoothest; a quarter from a centre it is as rough as on the mean. Two samples there
 /// are worth more than four elsewhere, which make light through broken cloud wrong by several per cent.
 fn sample_at(texels: f64) -> [f64; 2] {
+    let texels = texels.max(1.0);
     SAMPLE_AT.map(|at| {
         let place = (0.5 + at) * texels;
         0.5 * ((2.0 * place).floor() + 0.5) / texels - 0.5
@@ -113,7 +114,7 @@ mod tests {
 
     #[test]
     fn samples_lie_a_quarter_of_a_texel_from_a_centre() {
-        for texels in [0.5, 1.0, 2.0, 3.0, 4.0, 8.0] {
+        for texels in [1.0, 2.0, 3.0, 4.0, 8.0] {
             let [x, y] = sample_at(texels);
             for place in [0.5 + x, 0.5 + y] {
                 assert!((0.5..1.0).contains(&place), "{place} at {texels}");
