@@ -25,7 +25,7 @@ const COARSE_GRID: f64 = 0.1;
 /// mean over a closed and a broken field and suns at 60 and 80 degrees, rounded up (docs/charts/light.csv). On the ground
 /// a kilometre below it is a fraction of that.
 pub const ERROR_OF_TRANSPORT: [(Transport, f64); 4] =
-    [(Transport::Columns, 0.57), (Transport::Tilted, 0.43), (Transport::Entry, 0.60), (Transport::Blended, 0.33)];
+    [(Transport::Columns, 0.57), (Transport::Tilted, 0.43), (Transport::Entry, 0.60), (Transport::Blended, 0.34)];
 /// Tolerance from which light by entry is left out: the error without it.
 const ONE_MARCH: f64 = 0.43;
 
