@@ -18,6 +18,10 @@ pub const ERROR_OF_DETAIL: [(Detail, f64); 3] =
 pub const ERROR_OF_ANALYTIC: f64 = 0.9;
 /// Part of the tolerance that the exchange between cloud and ground may leave.
 const EXCHANGE_SHARE: f64 = 0.05;
+/// Tolerance from which the maps of sunlight have one texel per transport length. Twice as many cost twice the stage; against
+/// Monte Carlo in three dimensions they change light on the ground by 1 % of its error, and that seen of broken cloud
+/// from above by 10 % of its error.
+const COARSE_MAPS: f64 = 0.02;
 /// Tolerance from which the exchange grid may be half as fine.
 const COARSE_GRID: f64 = 0.1;
 
@@ -58,6 +62,8 @@ pub struct Plan {
     pub detail: Option<Detail>,
     /// How sunlight is carried through uneven cloud.
     pub transport: Transport,
+    /// Texels of the maps of sunlight per transport length of the cloud: light is spread by about as much.
+    pub texels_per_length: f64,
     /// Grid texels per height of the cloud base.
     pub texels_per_height: f64,
     /// Relative change at which the exchange between cloud and ground is taken as settled.
@@ -99,6 +105,7 @@ impl Plan {
             } else {
                 Transport::Blended
             }),
+            texels_per_length: if tolerance >= COARSE_MAPS { 1.0 } else { 2.0 },
             texels_per_height: if tolerance >= COARSE_GRID { 2.0 } else { 4.0 },
             exchange_change: EXCHANGE_SHARE * tolerance,
         }
@@ -106,8 +113,8 @@ impl Plan {
 
     /// What of the plan touches the light between cloud and ground.
     pub(crate) fn light_key(&self) -> String {
-        let Self { transport, texels_per_height, exchange_change, .. } = self;
-        format!("{transport:?} {texels_per_height} {exchange_change}")
+        let Self { transport, texels_per_length, texels_per_height, exchange_change, .. } = self;
+        format!("{transport:?} {texels_per_length} {texels_per_height} {exchange_change}")
     }
 
     /// The plan in words, stage by stage, for a scene.
@@ -155,7 +162,9 @@ impl Plan {
                 true => ("one column".to_owned(), 0.0),
                 false => {
                     let known = ERROR_OF_TRANSPORT.iter().find(|(transport, _)| *transport == self.transport);
-                    (self.transport.name().to_owned(), known.map_or(0.0, |(_, error)| *error))
+                    let maps =
+                        format!("{}, {} texels per transport length", self.transport.name(), self.texels_per_length);
+                    (maps, known.map_or(0.0, |(_, error)| *error))
                 }
             };
             let reason = match request.transport {

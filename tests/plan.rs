@@ -82,6 +82,7 @@ fn larger_tolerances_never_do_more() {
     while tolerance < 0.9 {
         let (fine, rough) = (Plan::new(&request(tolerance)), Plan::new(&request(1.1 * tolerance)));
         assert!(rough.detail <= fine.detail);
+        assert!(rough.texels_per_length <= fine.texels_per_length);
         assert!(rough.texels_per_height <= fine.texels_per_height && rough.exchange_change > fine.exchange_change);
         tolerance *= 1.1;
     }

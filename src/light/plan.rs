@@ -10,8 +10,6 @@ const MOST_EXCHANGE_TEXELS: u32 = 256;
 /// Where in a texel thickness is looked at, from its middle, before [`sample_at`]: with the opposite place, two knights of
 /// chess on a board of 4 x 4, a pattern without gaps along either axis.
 const SAMPLE_AT: [f64; 2] = [0.375, 0.125];
-/// Texels of the maps of sunlight per transport length: light is spread by about as much.
-const TEXELS_PER_LENGTH: f64 = 2.0;
 /// Between where light enters a cloud and where it leaves: standard deviation on each axis, transport lengths (measured
 /// against Monte Carlo in three dimensions).
 const SPREAD: f64 = 0.7;
@@ -75,7 +73,7 @@ pub(crate) fn grids(scene: &SceneShape<'_>, plan: &Plan) -> Grids {
         return Grids { sun_texels: 1, sample_at: SAMPLE_AT, exchange_texels };
     }
     let finest_m = scene.layers.iter().map(|layer| layer.transport_length_m).fold(f64::MAX, f64::min);
-    let needed = per_extent(TEXELS_PER_LENGTH, finest_m, MOST_SUN_TEXELS);
+    let needed = per_extent(plan.texels_per_length, finest_m, MOST_SUN_TEXELS);
     let fine = needed.min(scene.thickness_texels).clamp(LEAST_TEXELS, MOST_SUN_TEXELS).next_power_of_two();
     let sun_texels = fine.max(exchange_texels);
     let sample_at = sample_at(f64::from(scene.thickness_texels) / f64::from(sun_texels));
