@@ -19,6 +19,8 @@
 // Light spreads in clouds deeper than a third of a transport length (measured against Monte Carlo in three dimensions).
 const SPREADING: f32 = 3.0;
 
+const PATH_SEEN: bool = false;
+
 @compute @workgroup_size(16, 16)
 fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     if id.x >= frame.texels || id.y >= frame.texels {

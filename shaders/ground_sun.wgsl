@@ -12,6 +12,8 @@
 // rgb: unscattered parts; w: at 550 nm.
 @group(0) @binding(8) var<storage, read_write> unscattered: array<vec4<f32>>;
 
+const PATH_SEEN: bool = false;
+
 @compute @workgroup_size(16, 16)
 fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     if id.x >= view.size || id.y >= view.rows {

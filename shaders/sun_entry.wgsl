@@ -10,6 +10,8 @@
 // A face at grazing sun gets up to 1 / cosine: bounded, so that no single texel outshines the map.
 const MOST: f32 = 30.0;
 
+const PATH_SEEN: bool = false;
+
 @compute @workgroup_size(16, 16)
 fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     if id.x >= frame.texels || id.y >= frame.texels {

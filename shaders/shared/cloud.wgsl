@@ -5,6 +5,8 @@
 // part is the plane albedo or transmittance at the view angle. The sun's light is that of a slab under the open sun, times
 // what the maps of sunlight say of the place where the view ray meets the cloud.
 
+const PATH_SEEN: bool = true;
+
 // The ray of a texel.
 struct ViewRay {
     seen: vec3<f32>,    // towards the viewer

@@ -9,6 +9,7 @@
 //
 // A ray that would be cut more than max_steps times, close to the horizon, is an approximation: it climbs as far on a
 // shorter way over the map, whose clouds stand for those of the whole way. Flat layers stay exact.
+// Where the heights are not needed, the shader says so: PATH_SEEN is a constant of each.
 struct Path {
     length_m: f32,
     low_m: f32,  // mean height above the base of what is seen of the cloud along the ray, from below
@@ -91,15 +92,17 @@ fn path_from(
             // A ray leaves the piece's cloud at one of its ends, but for a hump or a hollow in the middle.
             let part_m = inside * (next_m - height_m);
             sum += part_m;
-            let enter_m = select(next_m - part_m, height_m, first > 0.0);
-            let leave_m = select(height_m + part_m, next_m, last > 0.0);
-            let x = per_metre * part_m;
-            let passing = exp(-x);
-            let kept = select(1.0 - passing, x * (1.0 - 0.5 * x), x < 1e-3);
-            let inside_m = part_m * path_mean_depth(x);
-            low += left * kept * vec2<f32>(enter_m + inside_m, 1.0);
-            high = passing * high + kept * vec2<f32>(leave_m - inside_m, 1.0);
-            left *= passing;
+            if PATH_SEEN {
+                let enter_m = select(next_m - part_m, height_m, first > 0.0);
+                let leave_m = select(height_m + part_m, next_m, last > 0.0);
+                let x = per_metre * part_m;
+                let passing = exp(-x);
+                let kept = select(1.0 - passing, x * (1.0 - 0.5 * x), x < 1e-3);
+                let inside_m = part_m * path_mean_depth(x);
+                low += left * kept * vec2<f32>(enter_m + inside_m, 1.0);
+                high = passing * high + kept * vec2<f32>(leave_m - inside_m, 1.0);
+                left *= passing;
+            }
         }
         let beyond = select(corner - 1.0, corner + side, forward);
         cell = select(clamp(path_cell(next_place, forward), corner, corner + side - 1.0), beyond, end <= vec2<f32>(next_m));
