@@ -330,3 +330,39 @@ fn penumbras_are_as_wide_as_the_suns_disc() {
         assert!((found - wanted).abs() < 0.15 * wanted + 4.0, "{diameter} degrees: {found} texels, not {wanted}");
     }
 }
+
+/// What one of the sources observes: the ground under a thick cloud is brighter than in the shadow of a solid, which lets
+/// nothing through; and snow in the sun is brighter than the cloud above that it lights.
+#[test]
+fn clouds_are_no_solids_and_snow_outshines_what_it_lights() {
+    let mut sky = Sky::open();
+    let scene = |albedo: f64, thickness: Value| {
+        json!({
+            "domain": { "extent_m": 20000, "resolution": 64 },
+            "sun": { "zenith_deg": 50, "azimuth_deg": 180 },
+            "atmosphere": { "sun": [100, 100, 100], "sky": [0, 0, 0] },
+            "ground": { "albedo": [albedo, albedo, albedo] },
+            "layers": [{ "base_m": 1500, "thickness": thickness,
+                "droplets": { "effective_radius_um": 7, "number_per_cm3": 300 } }],
+        })
+    };
+    let green = |data: &[f32], channels: usize| -> Vec<f64> {
+        data.iter().skip(1).step_by(channels).map(|light| f64::from(*light)).collect()
+    };
+    // A kilometre of cloud, optical depth 37: a seventh of the light that falls on it comes through, a solid's shadow is black.
+    let thick = json!({ "kind": "uniform", "metres": 1000 });
+    let under = green(&sky.render(&scene(0.0, thick), "irradiance", &[]).data, 3)[0];
+    let above = 100.0 * 50_f64.to_radians().cos();
+    assert!(under > 0.1 * above && under < 0.4 * above, "{under} of {above}");
+    // Open cells, so thick that next to no sun comes through them, over snow.
+    let towers = json!({ "kind": "stratocumulus", "pattern": "open", "coverage": 0.5, "mean_m": 3000, "cell_m": 8000, "seed": 2 });
+    let snow = scene(0.85, towers);
+    let ground = green(&sky.render(&snow, "irradiance", &[]).data, 3);
+    let brightest = 0.85 / std::f64::consts::PI * ground.iter().copied().fold(0.0, f64::max);
+    let lit = green(&sky.render(&snow, "cloud", &[]).data, 4);
+    let heights = sky.render(&snow, "thickness", &[]).data;
+    let bases: Vec<f64> =
+        lit.iter().zip(&heights).filter(|(_, height)| **height > 2500.0).map(|(light, _)| *light).collect();
+    let mean = bases.iter().sum::<f64>() / bases.len() as f64;
+    assert!(bases.len() > 100 && mean < brightest && mean > 0.1 * brightest, "bases {mean}, snow {brightest}");
+}
