@@ -47,10 +47,10 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     unscattered[at] = without;
 }
 
-// Direction towards a place on the sun's disc: a spiral of equal areas (Vogel 1979), the middle first.
+// Direction towards a place on the sun's disc: a spiral of equal areas (Vogel 1979); one place is the middle.
 fn disc_direction(i: u32) -> vec3<f32> {
     let sun = frame.sun.xyz;
-    let radius = frame.sun_radius * sqrt(f32(i) / f32(frame.discs));
+    let radius = select(0.0, frame.sun_radius * sqrt((f32(i) + 0.5) / f32(frame.discs)), frame.discs > 1u);
     let angle = 2.3999632 * f32(i);
     let flat = vec2<f32>(-sun.y, sun.x);
     let side = select(vec3<f32>(flat / max(length(flat), 1e-9), 0.0), vec3<f32>(1.0, 0.0, 0.0), length(flat) < 1e-6);

@@ -80,7 +80,7 @@ pub(crate) fn light(gpu: &Gpu, inputs: &LightInputs<'_>, deadline: Option<Instan
     let between = between::solve(&columns, inputs);
     let upload = |label, colours: &[[f32; 3]]| {
         let data: Vec<f32> = colours.iter().flat_map(|[r, g, b]| [*r, *g, *b, 0.0]).collect();
-        gpu.texture_from(label, [(colours.len() as f64).sqrt() as u32; 2], 4, &data)
+        gpu.texture_from(label, [colours.len().isqrt() as u32; 2], 4, &data)
     };
     let shares = sunlight::shares(gpu, inputs, &maps, &between.shares, deadline)?;
     let layers = between.layers.iter().zip(shares).map(|(layer, share)| LayerLight {

@@ -166,7 +166,9 @@ impl std::fmt::Debug for Renderer {
 }
 
 /// Scenes, suns and moments whose results stay on the device.
-const KEPT: usize = 16;
+const KEPT: usize = 8;
+/// What moving fields are made from, which for the finest takes most of a gigabyte each: one scene of four layers.
+const KEPT_SOURCES: usize = 4;
 /// The same of the sun's beam on the ground, 16 MiB at most each: shadow and irradiance of a moment follow one another.
 const KEPT_BEAMS: usize = 4;
 
@@ -181,7 +183,7 @@ impl Renderer {
         let mut renderer = Self {
             gpu,
             tables: Kept::new(KEPT),
-            sources: Kept::new(KEPT),
+            sources: Kept::new(KEPT_SOURCES),
             fields: Kept::new(KEPT),
             closures: Kept::new(KEPT),
             slices: Kept::new(KEPT),

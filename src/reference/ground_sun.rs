@@ -16,10 +16,11 @@ pub struct GroundSun {
     pub unscattered: DVec4,
 }
 
-/// Direction towards a place on the sun's disc: a spiral of equal areas (Vogel 1979), the middle first.
+/// Direction towards a place on the sun's disc: a spiral of equal areas (Vogel 1979); one place is the middle.
 fn disc_direction(frame: &Frame, i: u32) -> DVec3 {
     let sun = vec3(frame.sun);
-    let radius = f64::from(frame.sun_radius) * (f64::from(i) / f64::from(frame.discs)).sqrt();
+    let part = if frame.discs > 1 { (f64::from(i) + 0.5) / f64::from(frame.discs) } else { 0.0 };
+    let radius = f64::from(frame.sun_radius) * part.sqrt();
     let (sin, cos) = (2.399_963_2 * f64::from(i)).sin_cos();
     let flat = dvec2(-sun.y, sun.x);
     let side = if flat.length() < 1e-6 { DVec3::X } else { flat.normalize().extend(0.0) };

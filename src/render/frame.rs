@@ -57,15 +57,15 @@ fn rgb(channels: [f64; 3], fourth: f64) -> [f32; 4] {
     [channels[0] as f32, channels[1] as f32, channels[2] as f32, fourth as f32]
 }
 
-/// Places on the sun's disc that are looked at for one texel of its shadow, at most.
-const MOST_DISCS: f64 = 32.0;
+/// Places on the sun's disc that are looked at for one texel of its shadow: fewer show as steps.
+const DISCS: [f64; 2] = [16.0, 32.0];
 
 /// Places on the sun's disc for a penumbra of so many texels: one where it is narrower than half a texel.
 fn discs(scene: &Scene, height_m: f64, texel_m: f64) -> u32 {
     let diameter = scene.sun.angular_diameter_deg.get().to_radians();
     let cosine = sun_cosine(scene).max(0.01);
     let texels = height_m * diameter / (cosine * cosine) / texel_m;
-    if texels < 0.5 { 1 } else { (4.0 * texels).clamp(7.0, MOST_DISCS) as u32 }
+    if texels < 0.5 { 1 } else { (4.0 * texels).clamp(DISCS[0], DISCS[1]) as u32 }
 }
 
 impl LayerMoment {

@@ -15,6 +15,7 @@ pub(crate) struct Sky {
     pub(crate) droplets: Value,
     pub(crate) albedo: [f64; 3],
     pub(crate) turbulence_m_s: f64,
+    pub(crate) base_m: f64,
 }
 
 impl Sky {
@@ -25,6 +26,7 @@ impl Sky {
             droplets: henyey_greenstein(),
             albedo: [0.2, 0.5, 0.9],
             turbulence_m_s: 0.0,
+            base_m: 1000.0,
         }
     }
 
@@ -43,7 +45,7 @@ impl Sky {
             "atmosphere": {"sun": [100, 98, 94], "sky": [3, 4, 6]},
             "ground": {"albedo": self.albedo},
             "layers": [{
-                "kind": "stratiform", "base_m": 1000, "thickness": self.thickness, "droplets": self.droplets,
+                "kind": "stratiform", "base_m": self.base_m, "thickness": self.thickness, "droplets": self.droplets,
                 "wind": {"speed_m_s": 7, "from_deg": 200, "turbulence_m_s": self.turbulence_m_s}
             }]
         });
