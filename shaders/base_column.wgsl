@@ -12,7 +12,7 @@
 
 @compute @workgroup_size(16, 16)
 fn main(@builtin(global_invocation_id) id: vec3<u32>) {
-    if id.x >= frame.texels || id.y >= frame.texels {
+    if id.x >= frame.maps.texels || id.y >= frame.maps.texels {
         return;
     }
     var column = vec3<f32>(0.0);
@@ -20,8 +20,8 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     var not_reflected = vec3<f32>(0.0);
     for (var i = 0u; i < SUNLIGHT_SAMPLES; i++) {
         let uv = sunlight_sample(frame, id.xy, i);
-        let depth = frame.extinction.w * sample_periodic(thickness, repeat, uv + frame.offset_uv, 0u).x;
-        column += slab_transmittance(transmittance, clamped, depth, frame.sun.w);
+        let depth = frame.medium.extinction_550 * sample_periodic(thickness, repeat, uv + frame.place.offset_uv, 0u).x;
+        column += slab_transmittance(transmittance, clamped, depth, frame.sun.slant_cosine);
         through += slab_transmittance_diffuse(diffuse, clamped, depth);
         not_reflected += slab_not_reflected_diffuse(diffuse, clamped, depth);
     }

@@ -23,12 +23,12 @@ const PATH_SEEN: bool = false;
 
 @compute @workgroup_size(16, 16)
 fn main(@builtin(global_invocation_id) id: vec3<u32>) {
-    if id.x >= frame.texels || id.y >= frame.texels {
+    if id.x >= frame.maps.texels || id.y >= frame.maps.texels {
         return;
     }
-    let centre = (vec2<f32>(id.xy) + 0.5) / f32(frame.texels);
+    let centre = (vec2<f32>(id.xy) + 0.5) / f32(frame.maps.texels);
     // What the layers above leave of the beam.
-    let lit = sample_periodic(above, repeat, centre + frame.above_uv, 0u).rgb;
+    let lit = sample_periodic(above, repeat, centre + frame.place.above_uv, 0u).rgb;
     let at_place = textureLoad(entry, id.xy, 0).x;
     let around = textureLoad(blurred, id.xy, 0).x;
     var entering_sum = 0.0;
@@ -39,24 +39,24 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     var sent_up = vec3<f32>(0.0);
     for (var i = 0u; i < SUNLIGHT_SAMPLES; i++) {
         let uv = sunlight_sample(frame, id.xy, i);
-        let height_m = sample_periodic(thickness, repeat, uv + frame.offset_uv, 0u).x;
-        let column_m = height_m / frame.sun.w;
+        let height_m = sample_periodic(thickness, repeat, uv + frame.place.offset_uv, 0u).x;
+        let column_m = height_m / frame.sun.slant_cosine;
         var path_m = column_m;
-        if frame.columns != 1u {
-            path_m = path_in_layer(thickness, bounds, repeat, frame, uv, frame.sun.xyz).length_m;
+        if frame.maps.columns != 1u {
+            path_m = path_in_layer(thickness, bounds, repeat, frame, uv, frame.sun.towards).length_m;
         }
         let along = sun_through(path_m);
         beam += along.beam;
         tilted += along.total - along.beam;
-        sent_up += slab_reflectance(reflectance, clamped, frame.extinction.w * path_m * frame.sun.w, frame.sun.w);
+        sent_up += slab_reflectance(reflectance, clamped, frame.medium.extinction_550 * path_m * frame.sun.slant_cosine, frame.sun.slant_cosine);
         // Light leaves a thin cloud where it came in.
-        let spread = 1.0 - exp(-SPREADING * frame.smooth_part.w * frame.extinction.w * height_m);
+        let spread = 1.0 - exp(-SPREADING * frame.medium.transport_550 * frame.medium.extinction_550 * height_m);
         let entering = mix(at_place, around, spread);
         entering_sum += entering;
         let down = sun_through(column_m);
         entered += entering * (down.total - down.beam);
         reflected += entering
-            * slab_reflectance(reflectance, clamped, frame.extinction.w * column_m * frame.sun.w, frame.sun.w);
+            * slab_reflectance(reflectance, clamped, frame.medium.extinction_550 * column_m * frame.sun.slant_cosine, frame.sun.slant_cosine);
     }
     let share = lit / f32(SUNLIGHT_SAMPLES);
     // What the slanted ray sends up is needed for its mean alone: it travels in the fourth channels, and so does entry.

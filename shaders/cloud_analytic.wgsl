@@ -29,7 +29,7 @@ const AUREOLE_COLUMNS: f32 = 256.0;
 
 @compute @workgroup_size(16, 16)
 fn main(@builtin(global_invocation_id) id: vec3<u32>) {
-    if id.x >= view.size || id.y >= view.rows {
+    if id.x >= view.size.x || id.y >= view.rows {
         return;
     }
     cloud_texel(id.xy);
@@ -42,11 +42,11 @@ fn closure_row(row: f32, coordinate: f32) -> vec3<f32> {
 // Scattered sunlight, per irradiance facing the sun.
 fn sunlight(ray: ViewRay, through: vec3<f32>) -> vec3<f32> {
     // Photons travel along -sun and leave along seen: the angle between the two is that of scattering.
-    let half_sin = min(0.5 * length(ray.seen + frame.sun.xyz), 1.0);
-    let half_cos = min(0.5 * length(ray.seen - frame.sun.xyz), 1.0);
+    let half_sin = min(0.5 * length(ray.seen + frame.sun.towards), 1.0);
+    let half_cos = min(0.5 * length(ray.seen - frame.sun.towards), 1.0);
     let angle = phase_coordinate(half_sin, half_cos);
-    let once = frame.smooth_albedo.rgb * sample_clamped(phase, clamped, vec2<f32>(angle, 0.5 / PHASE_ROWS)).rgb;
-    let twice = frame.smooth_albedo.rgb * frame.smooth_albedo.rgb
+    let once = frame.medium.smooth_albedo * sample_clamped(phase, clamped, vec2<f32>(angle, 0.5 / PHASE_ROWS)).rgb;
+    let twice = frame.medium.smooth_albedo * frame.medium.smooth_albedo
         * sample_clamped(phase, clamped, vec2<f32>(angle, 1.5 / PHASE_ROWS)).rgb;
 
     let coordinate = slab_depth_coordinate(ray.depth);
@@ -55,8 +55,8 @@ fn sunlight(ray: ViewRay, through: vec3<f32>) -> vec3<f32> {
     let factor2 = closure_row(first_row + 1.0, coordinate);
     let higher = closure_row(first_row + 2.0, coordinate) * slab_thin_share(ray.depth);
 
-    let path_v = frame.smooth_part.rgb * frame.extinction.rgb * ray.path_m;
-    let path_l = path_v * (ray.cosine / frame.sun.w);
+    let path_v = frame.medium.smooth_part * frame.medium.extinction * ray.path_m;
+    let path_l = path_v * (ray.cosine / frame.sun.slant_cosine);
     var order1: vec3<f32>;
     var order2: vec3<f32>;
     if ray.from_above {
@@ -66,9 +66,9 @@ fn sunlight(ray: ViewRay, through: vec3<f32>) -> vec3<f32> {
         order1 = slab_order1_transmitted(path_l, path_v);
         order2 = slab_order2_transmitted(path_l, path_v);
     }
-    var light = factor1 * once * order1 + factor2 * twice * order2 + higher * (frame.sun.w / PI);
+    var light = factor1 * once * order1 + factor2 * twice * order2 + higher * (frame.sun.slant_cosine / PI);
     if !ray.from_above && half_sin < AUREOLE_HALF_SIN_MAX {
-        light += forward_light(half_sin, frame.extinction.rgb * ray.path_m, path_v);
+        light += forward_light(half_sin, frame.medium.extinction * ray.path_m, path_v);
     }
     return light;
 }

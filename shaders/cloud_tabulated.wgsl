@@ -38,7 +38,7 @@ const NEAR_SUN_HALF_SIN_MAX: f32 = 0.25881905;
 
 @compute @workgroup_size(16, 16)
 fn main(@builtin(global_invocation_id) id: vec3<u32>) {
-    if id.x >= view.size || id.y >= view.rows {
+    if id.x >= view.size.x || id.y >= view.rows {
         return;
     }
     cloud_texel(id.xy);
@@ -59,8 +59,8 @@ fn slice_root(ray: ViewRay) -> vec3<f32> {
     let t4 = t * t * t * t;
     let zenith_node = ((1.0 - SLICE_DENSER) * t + SLICE_DENSER * t4 * t4 * t4) * (remainder.zeniths - 1.0);
     // Azimuth of the light's travel against that of the sunlight.
-    let along = -dot(frame.sun.xy, ray.seen.xy);
-    let across = frame.sun.x * ray.seen.y - frame.sun.y * ray.seen.x;
+    let along = -dot(frame.sun.towards.xy, ray.seen.xy);
+    let across = frame.sun.towards.x * ray.seen.y - frame.sun.towards.y * ray.seen.x;
     let straight = max(abs(along), abs(across)) < 1e-9;
     let azimuth = select(abs(atan2(across, along)), 0.0, straight);
     let azimuth_node = azimuth / PI * (remainder.azimuths - 1.0);
@@ -72,32 +72,32 @@ fn slice_root(ray: ViewRay) -> vec3<f32> {
 // Scattered sunlight, per irradiance facing the sun.
 fn sunlight(ray: ViewRay, through: vec3<f32>) -> vec3<f32> {
     // Photons travel along -sun and leave along seen: the angle between the two is that of scattering.
-    let half_sin = min(0.5 * length(ray.seen + frame.sun.xyz), 1.0);
-    let half_cos = min(0.5 * length(ray.seen - frame.sun.xyz), 1.0);
+    let half_sin = min(0.5 * length(ray.seen + frame.sun.towards), 1.0);
+    let half_cos = min(0.5 * length(ray.seen - frame.sun.towards), 1.0);
     let row = vec2<f32>(phase_coordinate(half_sin, half_cos), 2.5 / PHASE_ROWS);
-    let once = remainder.order1_albedo.rgb * sample_clamped(phase, clamped, row).rgb;
+    let once = remainder.order1_albedo * sample_clamped(phase, clamped, row).rgb;
     let root = slice_root(ray);
 
     let view_cosine = max(ray.cosine, SLICE_COSINE_MIN);
-    let sun_cosine = max(frame.sun.w, SLICE_COSINE_MIN);
+    let sun_cosine = max(frame.sun.slant_cosine, SLICE_COSINE_MIN);
     let grazing = 1.0 / view_cosine + 1.0 / sun_cosine;
-    let depth = frame.extinction.rgb * (ray.path_m * ray.cosine);
-    let scaled = remainder.depth_scale.rgb * depth;
+    let depth = frame.medium.extinction * (ray.path_m * ray.cosine);
+    let scaled = remainder.depth_scale * depth;
     let x = scaled * grazing;
     let rise = x * slab_phi2(x) / (view_cosine + sun_cosine);
-    let rest = frame.sun.w / PI * rise * root * root;
-    let path_v = remainder.depth_scale.rgb * frame.extinction.rgb * ray.path_m;
-    let path_l = scaled / frame.sun.w;
+    let rest = frame.sun.slant_cosine / PI * rise * root * root;
+    let path_v = remainder.depth_scale * frame.medium.extinction * ray.path_m;
+    let path_l = scaled / frame.sun.slant_cosine;
     if ray.from_above {
         return rest + once * slab_order1_reflected(path_l, path_v);
     }
     // Light through a thick slab dies away as c k / sinh(k (depth + c)).
-    let extended = scaled + remainder.extrapolation.rgb;
-    let u = remainder.decay.rgb * extended;
-    let fall = remainder.extrapolation.rgb / extended * exp(-u) / slab_phi1(2.0 * u);
+    let extended = scaled + remainder.extrapolation;
+    let u = remainder.decay * extended;
+    let fall = remainder.extrapolation / extended * exp(-u) / slab_phi1(2.0 * u);
     var single = once;
     if half_sin < NEAR_SUN_HALF_SIN_MAX {
-        single += near_sun_light(half_sin, 0.5 * depth * (1.0 / ray.cosine + 1.0 / frame.sun.w));
+        single += near_sun_light(half_sin, 0.5 * depth * (1.0 / ray.cosine + 1.0 / frame.sun.slant_cosine));
     }
     return max(rest * fall + slab_order1_transmitted(path_l, path_v) * single, vec3<f32>(0.0));
 }

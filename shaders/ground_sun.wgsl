@@ -16,29 +16,29 @@ const PATH_SEEN: bool = false;
 
 @compute @workgroup_size(16, 16)
 fn main(@builtin(global_invocation_id) id: vec3<u32>) {
-    if id.x >= view.size || id.y >= view.rows {
+    if id.x >= view.size.x || id.y >= view.rows {
         return;
     }
-    let uv = (vec2<f32>(f32(id.x), f32(id.y + view.first_row)) + 0.5) / f32(view.size);
+    let uv = texel_place(view, id.xy);
     var with_peak = vec4<f32>(0.0);
     var without = vec4<f32>(0.0);
     var count = 0.0;
-    for (var i = 0u; i < frame.discs; i++) {
+    for (var i = 0u; i < frame.sun.discs; i++) {
         let towards = disc_direction(i);
         if towards.z > 0.0 || i == 0u {
             let cosine = max(towards.z, MIN_COSINE);
             // From the shift of the disc's middle, which the host wraps in double precision.
-            let apart = (towards.xy / cosine - frame.sun.xy / frame.sun.w) * (frame.base_m / frame.extent_m);
-            let base_uv = uv + frame.shift_uv + select(vec2<f32>(0.0), vec2<f32>(apart.x, -apart.y), frame.discs > 1u);
+            let apart = (towards.xy / cosine - frame.sun.towards.xy / frame.sun.slant_cosine) * (frame.place.base_m / frame.place.extent_m);
+            let base_uv = uv + frame.place.shift_uv + select(vec2<f32>(0.0), vec2<f32>(apart.x, -apart.y), frame.sun.discs > 1u);
             let path_m = path_in_layer(thickness, bounds, repeat, frame, base_uv, towards).length_m;
-            with_peak += vec4<f32>(sun_through(path_m).beam, exp(-frame.beam.w * frame.extinction.w * path_m));
-            without += exp(-frame.extinction * path_m);
+            with_peak += vec4<f32>(sun_through(path_m).beam, exp(-frame.medium.beam_550 * frame.medium.extinction_550 * path_m));
+            without += vec4<f32>(exp(-frame.medium.extinction * path_m), exp(-frame.medium.extinction_550 * path_m));
             count += 1.0;
         }
     }
     with_peak /= count;
     without = min(without / count, vec4<f32>(with_peak.rgb, 1.0));
-    let at = id.y * view.size + id.x;
+    let at = id.y * view.size.x + id.x;
     if view.first == 0u {
         with_peak *= beam[at];
         without *= unscattered[at];
@@ -49,8 +49,8 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
 
 // Direction towards a place on the sun's disc: a spiral of equal areas (Vogel 1979); one place is the middle.
 fn disc_direction(i: u32) -> vec3<f32> {
-    let sun = frame.sun.xyz;
-    let radius = select(0.0, frame.sun_radius * sqrt((f32(i) + 0.5) / f32(frame.discs)), frame.discs > 1u);
+    let sun = frame.sun.towards;
+    let radius = select(0.0, frame.sun.radius * sqrt((f32(i) + 0.5) / f32(frame.sun.discs)), frame.sun.discs > 1u);
     let angle = 2.3999632 * f32(i);
     let flat = vec2<f32>(-sun.y, sun.x);
     let side = select(vec3<f32>(flat / max(length(flat), 1e-9), 0.0), vec3<f32>(1.0, 0.0, 0.0), length(flat) < 1e-6);

@@ -10,12 +10,12 @@
 
 @compute @workgroup_size(16, 16)
 fn main(@builtin(global_invocation_id) id: vec3<u32>) {
-    if id.x >= view.size || id.y >= view.rows {
+    if id.x >= view.size.x || id.y >= view.rows {
         return;
     }
-    let uv = (vec2<f32>(f32(id.x), f32(id.y + view.first_row)) + 0.5) / f32(view.size);
-    let at = id.y * view.size + id.x;
-    let horizontal = frame.sun_light.rgb * frame.sun_light.w;
+    let uv = texel_place(view, id.xy);
+    let at = id.y * view.size.x + id.x;
+    let horizontal = frame.sun.irradiance * frame.sun.cosine;
     let total = horizontal * beam[at].rgb + sample_periodic(gathered, repeat, uv, 0u).rgb;
     let direct = horizontal * select(unscattered[at].rgb, beam[at].rgb, view.peak == 1u);
     var light = total;

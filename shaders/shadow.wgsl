@@ -7,10 +7,10 @@
 
 @compute @workgroup_size(16, 16)
 fn main(@builtin(global_invocation_id) id: vec3<u32>) {
-    if id.x >= view.size || id.y >= view.rows {
+    if id.x >= view.size.x || id.y >= view.rows {
         return;
     }
-    let at = id.y * view.size + id.x;
+    let at = id.y * view.size.x + id.x;
     let light = select(unscattered[at].w, beam[at].w, view.peak == 1u);
-    output[at] = select(0.0, light, frame.sun_light.w > 0.0);
+    output[at] = select(0.0, light, frame.sun.cosine > 0.0);
 }

@@ -14,28 +14,28 @@ const PATH_SEEN: bool = false;
 
 @compute @workgroup_size(16, 16)
 fn main(@builtin(global_invocation_id) id: vec3<u32>) {
-    if id.x >= frame.texels || id.y >= frame.texels {
+    if id.x >= frame.maps.texels || id.y >= frame.maps.texels {
         return;
     }
     let texel = 0.5 / vec2<f32>(textureDimensions(thickness));
     var sum = 0.0;
     for (var i = 0u; i < SUNLIGHT_SAMPLES; i++) {
         let uv = sunlight_sample(frame, id.xy, i);
-        let place = uv + frame.offset_uv;
+        let place = uv + frame.place.offset_uv;
         let height_m = sample_periodic(thickness, repeat, place, 0u).x;
         if height_m > 0.0 {
             let east = sample_periodic(thickness, repeat, place + vec2<f32>(texel.x, 0.0), 0u).x
                 - sample_periodic(thickness, repeat, place - vec2<f32>(texel.x, 0.0), 0u).x;
             let north = sample_periodic(thickness, repeat, place - vec2<f32>(0.0, texel.y), 0u).x
                 - sample_periodic(thickness, repeat, place + vec2<f32>(0.0, texel.y), 0u).x;
-            let slope = vec2<f32>(east, north) / (2.0 * texel * frame.extent_m);
-            let facing = 1.0 - dot(slope, frame.sun.xy) / frame.sun.w;
+            let slope = vec2<f32>(east, north) / (2.0 * texel * frame.place.extent_m);
+            let facing = 1.0 - dot(slope, frame.sun.towards.xy) / frame.sun.slant_cosine;
             var seen = 1.0;
-            if frame.columns == 0u && facing > 0.0 {
-                let path = path_from(thickness, bounds, repeat, frame, uv, frame.sun.xyz, height_m);
-                seen = exp(-frame.beam.w * frame.extinction.w * path.length_m);
+            if frame.maps.columns == 0u && facing > 0.0 {
+                let path = path_from(thickness, bounds, repeat, frame, uv, frame.sun.towards, height_m);
+                seen = exp(-frame.medium.beam_550 * frame.medium.extinction_550 * path.length_m);
             }
-            sum += select(seen * clamp(facing, 0.0, MOST), 1.0, frame.columns == 1u);
+            sum += select(seen * clamp(facing, 0.0, MOST), 1.0, frame.maps.columns == 1u);
         }
     }
     textureStore(entry_out, id.xy, vec4<f32>(sum / f32(SUNLIGHT_SAMPLES), 0.0, 0.0, 0.0));

@@ -15,16 +15,16 @@
 
 @compute @workgroup_size(16, 16)
 fn main(@builtin(global_invocation_id) id: vec3<u32>) {
-    if id.x >= frame.texels || id.y >= frame.texels {
+    if id.x >= frame.maps.texels || id.y >= frame.maps.texels {
         return;
     }
-    let centre = (vec2<f32>(id.xy) + 0.5) / f32(frame.texels);
-    let lit = sample_periodic(above, repeat, centre + frame.above_uv, 0u).rgb;
-    let diffuse = mix(textureLoad(tilted, id.xy, 0).rgb, share.entry_scale.rgb * textureLoad(entered, id.xy, 0).rgb,
+    let centre = (vec2<f32>(id.xy) + 0.5) / f32(frame.maps.texels);
+    let lit = sample_periodic(above, repeat, centre + frame.place.above_uv, 0u).rgb;
+    let diffuse = mix(textureLoad(tilted, id.xy, 0).rgb, share.entry_scale * textureLoad(entered, id.xy, 0).rgb,
         share.entry_weight);
     let through = textureLoad(beam, id.xy, 0).rgb + diffuse;
     let own = max(textureLoad(column, id.xy, 0).rgb, vec3<f32>(1e-9));
     textureStore(below_out, id.xy, vec4<f32>(through / own, 0.0));
     let entering = textureLoad(reflected, id.xy, 0).w;
-    textureStore(above_out, id.xy, vec4<f32>(lit * entering * share.reflect_scale.rgb, 0.0));
+    textureStore(above_out, id.xy, vec4<f32>(lit * entering * share.reflect_scale, 0.0));
 }

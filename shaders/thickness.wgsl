@@ -7,11 +7,11 @@
 
 @compute @workgroup_size(16, 16)
 fn main(@builtin(global_invocation_id) id: vec3<u32>) {
-    if id.x >= view.size || id.y >= view.rows {
+    if id.x >= view.size.x || id.y >= view.rows {
         return;
     }
-    let uv = (vec2<f32>(f32(id.x), f32(id.y + view.first_row)) + 0.5) / f32(view.size);
-    let at = id.y * view.size + id.x;
+    let uv = texel_place(view, id.xy);
+    let at = id.y * view.size.x + id.x;
     let before = select(output[at], 0.0, view.first == 1u);
-    output[at] = before + sample_periodic(thickness, repeat, uv + frame.offset_uv, 0u).x;
+    output[at] = before + sample_periodic(thickness, repeat, uv + frame.place.offset_uv, 0u).x;
 }

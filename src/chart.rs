@@ -6,6 +6,7 @@
 
 mod cost;
 mod csv;
+mod device;
 mod errors;
 mod exchange;
 mod field;
@@ -23,7 +24,9 @@ mod validity;
 
 use crate::gpu::GpuError;
 use crate::reference::monte_carlo::MonteCarloError;
-use crate::render::RenderError;
+use crate::job::RenderError;
+use crate::request::RequestError;
+use crate::scene::SceneError;
 use crate::tables::{TableError, TableLibrary};
 
 pub use errors::{SLAB_MEDIA, SlabErrors, SlabMethod, slab_errors};
@@ -86,6 +89,15 @@ pub enum ChartError {
     /// The renderer.
     #[error(transparent)]
     Render(#[from] RenderError),
+    /// A scene of the chart.
+    #[error(transparent)]
+    Scene(#[from] SceneError),
+    /// A request of the chart.
+    #[error(transparent)]
+    Request(#[from] RequestError),
+    /// A measurement that has no result.
+    #[error("nothing was measured: {0}")]
+    Empty(&'static str),
     /// The picture.
     #[error("drawing failed: {0}")]
     Drawing(String),
@@ -104,7 +116,7 @@ impl Chart {
         CHARTS.iter().find(|chart| chart.name == name)
     }
 
-    /// Measures and draws: seconds to minutes. `progress` hears fractions 0..=1, from any thread.
+    /// Measures and draws: seconds to minutes. `progress` is called with fractions 0..=1, from any thread.
     ///
     /// # Errors
     /// See [`ChartError`].

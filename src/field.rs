@@ -14,7 +14,7 @@ mod synthetic;
 mod transfer;
 
 use crate::gpu::layout::{BOUNDS_TEXELS, Blend, Eddies, Histogram, Step};
-use crate::gpu::{Bind, Gpu, GpuError, HostMap, Target, shaders};
+use crate::gpu::{Gpu, GpuError, HostMap, Pass, Target, binds, shaders};
 use crate::image::Image;
 use crate::scene::quantity::Quantity as _;
 use crate::scene::{self, Thickness, Wind};
@@ -40,7 +40,7 @@ impl Field {
     /// A field of a map that lies on the device.
     fn of(gpu: &Gpu, thickness: Target, greatest_m: f32, deadline: Option<Instant>) -> Result<Self, GpuError> {
         let bounds = bounds(gpu, &thickness);
-        gpu.run("field_bounds", deadline, |pass| find_bounds(gpu, pass, &thickness, &bounds))?;
+        gpu.run("field_bounds", deadline, &[find_bounds(&thickness, &bounds)])?;
         Ok(Self { thickness, bounds, depth_m: greatest_m, top_m: greatest_m })
     }
 
@@ -315,33 +315,17 @@ impl Picture {
         deadline: Option<Instant>,
     ) -> Result<Field, GpuError> {
         let size = [blend.width, blend.height];
-        gpu.run("field_image", deadline, |pass| {
-            let uniform = gpu.uniform("blend", blend);
-            let binds = [
-                Bind::Buffer(&uniform),
-                Bind::View(&displacement.view),
-                Bind::View(&self.image.view),
-                Bind::Sampler(&gpu.repeat),
-                Bind::Buffer(&self.gaussian),
-            ];
-            gpu.dispatch(pass, &shaders::FIELD_IMAGE, &binds, size);
-            count(gpu, pass, histogram, &self.gaussian, bins);
-        })?;
+        let uniform = gpu.uniform("blend", blend);
+        let binds = binds![&uniform, displacement, &self.image, &gpu.repeat, &self.gaussian];
+        let passes = [Pass::new(&shaders::FIELD_IMAGE, size, binds), count(gpu, histogram, &self.gaussian, bins)];
+        gpu.run("field_image", deadline, &passes)?;
         let blended = Distribution { counts: read_bins(gpu, bins, deadline)?, ..self.own.clone() };
         let edges = gpu.storage_from("edges", &remap(&blended, &self.own));
         let thickness = gpu.texture("thickness", size, 1, 1);
         let bounds = bounds(gpu, &thickness);
-        gpu.run("field_remap", deadline, |pass| {
-            let uniform = gpu.uniform("histogram", histogram);
-            let binds = [
-                Bind::Buffer(&uniform),
-                Bind::Buffer(&self.gaussian),
-                Bind::Buffer(&edges),
-                Bind::View(&thickness.levels[0]),
-            ];
-            gpu.dispatch(pass, &shaders::FIELD_REMAP, &binds, size);
-            find_bounds(gpu, pass, &thickness, &bounds);
-        })?;
+        let binds = binds![&gpu.uniform("histogram", histogram), &self.gaussian, &edges, &thickness.levels[0]];
+        let passes = [Pass::new(&shaders::FIELD_REMAP, size, binds), find_bounds(&thickness, &bounds)];
+        gpu.run("field_remap", deadline, &passes)?;
         // Rounding on the device can lift the thickest texel by a few units in the last place.
         let greatest_m = self.greatest_m * (1.0 + 1e-5);
         Ok(Field { thickness, bounds, depth_m: greatest_m, top_m: greatest_m })
@@ -357,35 +341,43 @@ fn bounds(gpu: &Gpu, map: &Target) -> Target {
     gpu.texture("bounds", [map.width, map.height].map(|side| side.div_ceil(BOUNDS_TEXELS)), 2, 1)
 }
 
-fn find_bounds(gpu: &Gpu, pass: &mut wgpu::ComputePass<'_>, map: &Target, bounds: &Target) {
-    let binds = [Bind::View(&map.view), Bind::View(&bounds.levels[0])];
-    gpu.dispatch(pass, &shaders::FIELD_BOUNDS, &binds, [bounds.width, bounds.height]);
+fn find_bounds(map: &Target, bounds: &Target) -> Pass {
+    Pass::new(&shaders::FIELD_BOUNDS, [bounds.width, bounds.height], binds![map, &bounds.levels[0]])
 }
 
 /// Workgroups that count: enough for every core of a device, and few enough that adding up their bins costs little.
 const COUNTING_GROUPS: u32 = 64;
 
 /// Counts a field's values into zeroed bins.
-fn count(
-    gpu: &Gpu,
-    pass: &mut wgpu::ComputePass<'_>,
-    histogram: &Histogram,
-    field: &wgpu::Buffer,
-    bins: &wgpu::Buffer,
-) {
-    let uniform = gpu.uniform("histogram", histogram);
-    let binds = [Bind::Buffer(&uniform), Bind::Buffer(field), Bind::Buffer(bins)];
+fn count(gpu: &Gpu, histogram: &Histogram, field: &wgpu::Buffer, bins: &wgpu::Buffer) -> Pass {
     let threads = COUNTING_GROUPS * shaders::FIELD_HISTOGRAM.workgroup[0];
-    gpu.dispatch(pass, &shaders::FIELD_HISTOGRAM, &binds, [threads, 1]);
+    let binds = binds![&gpu.uniform("histogram", histogram), field, bins];
+    Pass::new(&shaders::FIELD_HISTOGRAM, [threads, 1], binds)
 }
 
 fn read_bins(gpu: &Gpu, bins: &wgpu::Buffer, deadline: Option<Instant>) -> Result<Vec<u32>, GpuError> {
     Ok(gpu.read(bins, transfer::BINS, deadline)?.into_iter().map(f32::to_bits).collect())
 }
 
+/// Where the mean wind has carried a layer: as its map is made, and as it is read.
+pub(crate) struct Offsets {
+    pub(crate) made: [f64; 2],
+    pub(crate) read: [f64; 2],
+}
+
+/// A map that is made anew for each time has its texels in the domain's, so that it is read where it was calibrated; one for
+/// all times is read between its texels.
+pub(crate) fn offsets(layer: &scene::Layer, time_s: f64, extent_m: f64) -> Offsets {
+    let offset = wind_offset(&layer.wind, time_s, extent_m);
+    match moves(&layer.thickness, &layer.wind) {
+        true => Offsets { made: offset, read: [0.0; 2] },
+        false => Offsets { made: [0.0; 2], read: offset },
+    }
+}
+
 /// How far the mean wind has carried a field by a time, as the offset to add to a place on the map: the map is read
 /// upwind. Kept in f64 and brought to one tile, so that it is exact after years.
-pub(crate) fn wind_offset(wind: &Wind, time_s: f64, extent_m: f64) -> [f64; 2] {
+fn wind_offset(wind: &Wind, time_s: f64, extent_m: f64) -> [f64; 2] {
     // Wind comes *from* its direction: upwind is towards it. Rows of a map run southwards.
     let upwind = scene::direction(90.0, wind.from_deg.get());
     let tiles = wind.speed_m_s.get() * time_s / extent_m;

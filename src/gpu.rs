@@ -5,14 +5,18 @@
 
 mod adapter;
 pub mod layout;
+mod pass;
 mod resources;
 mod self_test;
 pub mod shaders;
 
 pub use adapter::{AdapterSummary, adapters};
 pub use resources::HostMap;
-pub(crate) use resources::{Bind, Target};
+pub use pass::PassRecord;
+pub(crate) use pass::{Bind, Pass, binds};
+pub(crate) use resources::Target;
 
+use pass::Recording;
 use resources::Kernels;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
@@ -52,6 +56,8 @@ pub(crate) struct Gpu {
     pub(crate) clamp: wgpu::Sampler,
     /// For half floats, which every device filters.
     pub(crate) linear: wgpu::Sampler,
+    /// The passes that ran, while somebody wants to know.
+    pub(crate) recording: Recording,
     failure: Arc<Failure>,
 }
 
@@ -118,7 +124,7 @@ impl Gpu {
         let repeat = sampler("repeat", wgpu::AddressMode::Repeat, filtering);
         let clamp = sampler("clamp", wgpu::AddressMode::ClampToEdge, filtering);
         let linear = sampler("linear", wgpu::AddressMode::ClampToEdge, true);
-        let gpu = Self { device, queue, summary, kernels, repeat, clamp, linear, failure };
+        let gpu = Self { device, queue, summary, kernels, repeat, clamp, linear, recording: Recording::default(), failure };
         gpu.check()?;
         self_test::run(&gpu)?;
         Ok(gpu)
@@ -133,16 +139,26 @@ impl Gpu {
         text.map_or(Ok(()), |text| Err(GpuError::Failed(text)))
     }
 
-    /// Runs compute work and waits for it. `record` gets the pass to put dispatches into.
-    pub(crate) fn run(
-        &self,
-        label: &str,
-        deadline: Option<Instant>,
-        record: impl FnOnce(&mut wgpu::ComputePass<'_>),
-    ) -> Result<(), GpuError> {
+    /// Runs passes one after the other and waits for them. While a recording is kept they are submitted one by one, so that
+    /// each has a time of its own.
+    pub(crate) fn run(&self, label: &str, deadline: Option<Instant>, passes: &[Pass]) -> Result<(), GpuError> {
+        if !self.recording.is_kept() {
+            return self.submit(label, deadline, passes);
+        }
+        for pass in passes {
+            let start = Instant::now();
+            self.submit(label, deadline, std::slice::from_ref(pass))?;
+            self.recording.note(label, pass, start.elapsed());
+        }
+        Ok(())
+    }
+
+    fn submit(&self, label: &str, deadline: Option<Instant>, passes: &[Pass]) -> Result<(), GpuError> {
         let mut encoder = self.device.create_command_encoder(&wgpu::CommandEncoderDescriptor { label: Some(label) });
         let descriptor = wgpu::ComputePassDescriptor { label: Some(label), timestamp_writes: None };
-        record(&mut encoder.begin_compute_pass(&descriptor));
+        let mut commands = encoder.begin_compute_pass(&descriptor);
+        passes.iter().for_each(|pass| self.dispatch(&mut commands, pass));
+        drop(commands);
         self.wait(self.queue.submit([encoder.finish()]), deadline)
     }
 

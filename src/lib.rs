@@ -31,11 +31,17 @@ pub mod chart;
 pub mod encode;
 pub mod exchange;
 pub mod field;
+mod frame;
 pub mod gpu;
+mod ground;
+pub mod illumination;
 pub mod image;
+pub mod job;
 pub mod light;
+mod moment;
 pub mod optics;
 pub mod plan;
+pub mod projection;
 pub mod reference;
 pub mod render;
 pub mod request;
@@ -44,6 +50,7 @@ pub mod shade;
 pub mod slab;
 pub mod slice;
 pub mod tables;
+mod traced;
 
 use std::sync::LazyLock;
 

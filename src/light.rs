@@ -7,17 +7,17 @@
 //! device's waiting for each pass.
 
 mod between;
+mod inputs;
 mod plan;
 mod sunlight;
 
-use crate::field::Field;
-use crate::gpu::layout::{Frame, Share};
+use crate::gpu::layout::Share;
 use crate::gpu::{Gpu, GpuError, HostMap, Target};
-use crate::request::Transport;
-use crate::slice::DeviceTables;
+use std::sync::Arc;
 use std::time::Instant;
 
 pub use between::{ColumnMaps, Energy};
+pub(crate) use inputs::{LayerInputs, LightInputs};
 pub(crate) use plan::{Grids, LayerShape, SceneShape, grids, shift_uv};
 pub(crate) use sunlight::SunMaps;
 pub use sunlight::blur;
@@ -40,37 +40,15 @@ pub(crate) struct Light {
     pub(crate) energy: Energy,
 }
 
-/// A layer as the stage takes it.
-pub(crate) struct LayerInputs<'a> {
-    pub(crate) frame: &'a Frame,
-    pub(crate) uniform: &'a wgpu::Buffer,
-    pub(crate) field: &'a Field,
-    pub(crate) tables: &'a DeviceTables,
-    /// Spread of light between where it enters and where it leaves: standard deviation, texels of the maps of sunlight.
-    pub(crate) blur_texels: f64,
-}
-
-/// What the stage takes.
-pub(crate) struct LightInputs<'a> {
-    /// Lowest first, at least one.
-    pub(crate) layers: &'a [LayerInputs<'a>],
-    /// Radiance of the sky.
-    pub(crate) sky: [f64; 3],
-    pub(crate) grids: &'a Grids,
-    pub(crate) transport: Transport,
-    /// Of the ground, on the exchange grid.
-    pub(crate) albedo: &'a HostMap,
-    /// Relative change at which the exchange is taken as settled.
-    pub(crate) settled: f64,
-}
-
-/// What lies between the stage's passes and its result, for tests.
+/// The stage's result and what lies between its passes, for tests.
 pub(crate) struct Lit {
     /// Lowest first.
     pub(crate) maps: Vec<SunMaps>,
     pub(crate) columns: Vec<ColumnMaps>,
     pub(crate) shares: Vec<Share>,
-    pub(crate) light: Light,
+    /// Of the ground, on the exchange grid.
+    pub(crate) albedo: HostMap,
+    pub(crate) light: Arc<Light>,
 }
 
 /// Runs the stage.
@@ -90,5 +68,5 @@ pub(crate) fn light(gpu: &Gpu, inputs: &LightInputs<'_>, deadline: Option<Instan
     });
     let light =
         Light { layers: layers.collect(), gathered: upload("gathered", &between.gathered), energy: between.energy };
-    Ok(Lit { maps, columns, shares: between.shares, light })
+    Ok(Lit { maps, columns, shares: between.shares, albedo: inputs.albedo.clone(), light: Arc::new(light) })
 }

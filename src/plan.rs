@@ -5,7 +5,7 @@
 //! or its finest where none does; [`expected_error`] tells what they come to together.
 
 use crate::field;
-use crate::request::{Method, Request, TextureKind, Transport};
+use crate::request::{Method, Reference, Request, TextureKind, Transport};
 use crate::scene::quantity::Quantity as _;
 use crate::scene::{GroundAlbedo, Layer, Scene, Thickness};
 use crate::tables::Detail;
@@ -46,20 +46,56 @@ const COARSE_FIELD: f64 = 0.1;
 /// Texels a side of the scene's synthetic fields for a request: those of the scene, but where the tolerance allows it no finer
 /// than the texture can show.
 pub fn field_resolution(scene: &Scene, request: &Request) -> u32 {
-    if request.tolerance < COARSE_FIELD {
+    // The thickness itself is exact.
+    if request.wanted.tolerance().is_none_or(|tolerance| tolerance < COARSE_FIELD) {
         return scene.resolution();
     }
     let shown = request.size.map_or(Scene::MAX_SIDE, |size| FIELD_TEXELS_PER_TEXEL * size);
     scene.resolution().min(shown.max(LEAST_FIELD_TEXELS))
 }
 
+/// A fast method of slab light.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum SlabMethod {
+    /// Closed forms of the first orders.
+    Analytic,
+    /// Tables of the exact solution, of a size.
+    Tabulated(Detail),
+}
+
+impl SlabMethod {
+    /// Expected relative error of radiance, root mean square.
+    pub fn error(self) -> f64 {
+        match self {
+            Self::Analytic => ERROR_OF_ANALYTIC,
+            Self::Tabulated(wanted) => {
+                ERROR_OF_DETAIL.iter().find(|(detail, _)| *detail == wanted).map_or(0.0, |(_, error)| *error)
+            }
+        }
+    }
+
+    /// In words.
+    fn in_words(self) -> String {
+        match self {
+            Self::Analytic => "analytic".to_owned(),
+            Self::Tabulated(detail) => {
+                let size = detail.size();
+                let nodes = format!("{} x {} x {}", size.depths(), size.zeniths, size.azimuths);
+                format!("tabulated, {} ({nodes})", detail.name())
+            }
+        }
+    }
+}
+
 /// What a request will use.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Plan {
-    /// How slab light is computed.
-    pub method: Method,
-    /// Size of the radiance tables, if any are used.
-    pub detail: Option<Detail>,
+    /// Relative error that is acceptable; the default where the texture is exact.
+    pub tolerance: f64,
+    /// How slab light is computed, if the texture shows any. By Monte Carlo, what is not the sun's light is shaded by it.
+    pub slab: Option<SlabMethod>,
+    /// Monte Carlo, where it is asked for.
+    pub reference: Option<Reference>,
     /// How sunlight is carried through uneven cloud.
     pub transport: Transport,
     /// Texels of the maps of sunlight per transport length of the cloud: light is spread by about as much.
@@ -91,16 +127,20 @@ pub struct Choice {
 impl Plan {
     /// Plans a request. The tolerance alone decides, so that equal requests are equal on every machine.
     pub fn new(request: &Request) -> Self {
-        let tolerance = request.tolerance;
-        let method =
-            request.method.unwrap_or(if tolerance >= ERROR_OF_ANALYTIC { Method::Analytic } else { Method::Tabulated });
+        let tolerance = request.wanted.tolerance().unwrap_or(Request::TOLERANCE);
         let fits = |(_, error): &&(Detail, f64)| *error <= tolerance;
         let detail = ERROR_OF_DETAIL.iter().find(fits).map_or(Detail::Finest, |(detail, _)| *detail);
-        let uses_tables = request.texture == TextureKind::Cloud && method == Method::Tabulated;
+        let slab = match request.wanted.method() {
+            Some(Method::Analytic | Method::Reference(_)) => SlabMethod::Analytic,
+            Some(Method::Tabulated) => SlabMethod::Tabulated(detail),
+            None if tolerance >= ERROR_OF_ANALYTIC => SlabMethod::Analytic,
+            None => SlabMethod::Tabulated(detail),
+        };
         Self {
-            method,
-            detail: uses_tables.then_some(detail),
-            transport: request.transport.unwrap_or(if tolerance >= ONE_MARCH {
+            tolerance,
+            slab: (request.texture() == TextureKind::Cloud).then_some(slab),
+            reference: request.wanted.reference(),
+            transport: request.wanted.transport().unwrap_or(if tolerance >= ONE_MARCH {
                 Transport::Tilted
             } else {
                 Transport::Blended
@@ -111,10 +151,12 @@ impl Plan {
         }
     }
 
-    /// What of the plan touches the light between cloud and ground.
-    pub(crate) fn light_key(&self) -> String {
-        let Self { transport, texels_per_length, texels_per_height, exchange_change, .. } = self;
-        format!("{transport:?} {texels_per_length} {texels_per_height} {exchange_change}")
+    /// Size of the radiance tables, if any are used.
+    pub fn detail(&self) -> Option<Detail> {
+        match self.slab? {
+            SlabMethod::Analytic => None,
+            SlabMethod::Tabulated(detail) => Some(detail),
+        }
     }
 
     /// The plan in words, stage by stage, for a scene.
@@ -142,10 +184,10 @@ impl Plan {
             };
             add("field", choice, reason.to_owned(), 0.0);
         }
-        if self.method == Method::Reference && matches!(request.texture, TextureKind::Shadow | TextureKind::Irradiance)
-        {
+        let texture = request.texture();
+        if self.reference.is_some() && matches!(texture, TextureKind::Shadow | TextureKind::Irradiance) {
             let choice = "reference (Monte Carlo in three dimensions)".to_owned();
-            add("light", choice, "asked for".to_owned(), 0.5 * request.tolerance);
+            add("light", choice, "asked for".to_owned(), 0.5 * self.tolerance);
             return choices;
         }
         let (march, error) = match uniform {
@@ -154,7 +196,7 @@ impl Plan {
             false => ("cut at every texel: exact up to 1024 cuts", 0.001),
         };
         add("march", march.to_owned(), "optical depth along sun and view rays".to_owned(), error);
-        if matches!(request.texture, TextureKind::Cloud | TextureKind::Irradiance) {
+        if matches!(texture, TextureKind::Cloud | TextureKind::Irradiance) {
             let dark =
                 matches!(&scene.ground.albedo, GroundAlbedo::Uniform(albedo) if albedo.iter().all(|a| a.get() == 0.0));
             let even = uniform && matches!(scene.ground.albedo, GroundAlbedo::Uniform(_));
@@ -167,7 +209,7 @@ impl Plan {
                     (maps, known.map_or(0.0, |(_, error)| *error))
                 }
             };
-            let reason = match request.transport {
+            let reason = match request.wanted.transport() {
                 Some(_) => "asked for",
                 None => "sunlight through uneven cloud; no method for every frame errs less",
             };
@@ -186,24 +228,15 @@ impl Plan {
             };
             add("exchange", choice, reason.to_owned(), error);
         }
-        if request.texture == TextureKind::Cloud {
-            let (choice, error) = match (self.method, self.detail) {
-                (Method::Analytic, _) => ("analytic".to_owned(), ERROR_OF_ANALYTIC),
-                (Method::Reference, _) => ("reference (Monte Carlo)".to_owned(), 0.5 * request.tolerance),
-                (Method::Tabulated, detail) => {
-                    let detail = detail.unwrap_or(Detail::Fine);
-                    let size = detail.size();
-                    let nodes = format!("{} x {} x {}", size.depths(), size.zeniths, size.azimuths);
-                    let error = ERROR_OF_DETAIL.iter().find(|(d, _)| *d == detail).map_or(0.0, |(_, error)| *error);
-                    (format!("tabulated, {} ({nodes})", detail.name()), error)
-                }
+        if let Some(slab) = self.slab {
+            let (choice, error) = match self.reference {
+                Some(_) => ("reference (Monte Carlo)".to_owned(), 0.5 * self.tolerance),
+                None => (slab.in_words(), slab.error()),
             };
-            let reason = match request.method {
+            let reason = match request.wanted.method() {
                 Some(_) => "asked for".to_owned(),
-                None if error <= request.tolerance => {
-                    format!("the cheapest within the tolerance of {}", request.tolerance)
-                }
-                None => format!("the finest there is; the tolerance is {}", request.tolerance),
+                None if error <= self.tolerance => format!("the cheapest within the tolerance of {}", self.tolerance),
+                None => format!("the finest there is; the tolerance is {}", self.tolerance),
             };
             add("shade", choice, reason, error);
         }

@@ -32,6 +32,7 @@ pub mod map;
 pub mod monte_carlo;
 pub mod noise;
 pub mod path;
+pub mod projection;
 pub mod shadow;
 pub mod slab;
 pub mod sun;

@@ -36,7 +36,8 @@ pub enum SceneError {
     Invalid(Vec<FieldError>),
 }
 
-fn list(errors: &[FieldError]) -> String {
+/// Wrong fields in one line.
+pub(crate) fn list(errors: &[FieldError]) -> String {
     errors.iter().map(|e| format!("{}: {}", e.pointer, e.detail)).collect::<Vec<_>>().join("; ")
 }
 

@@ -1,29 +1,22 @@
 //! Stage `shade`: the textures that are asked for, from thickness, light and tables.
 
+mod method;
+
 use crate::field::Field;
 use crate::gpu::layout::View;
-use crate::gpu::shaders::{self, Shader};
-use crate::gpu::{Bind, Gpu, GpuError, Target};
+use crate::gpu::{Gpu, GpuError, Pass, Target, binds, shaders};
 use crate::light::LayerLight;
 use crate::request::TextureKind;
-use crate::slice::{DeviceSlice, DeviceTables};
+use crate::slice::DeviceTables;
+pub(crate) use method::SlabLight;
 use std::time::Instant;
-
-/// What the methods of the cloud pass need.
-#[derive(Clone, Copy)]
-pub(crate) enum CloudMethod<'a> {
-    /// The closure of the orders for this sun.
-    Analytic(&'a Target),
-    /// The radiance tables cut at this sun.
-    Tabulated(&'a DeviceSlice),
-}
 
 /// A layer that a texture is made from; not every texture needs all of it.
 pub(crate) struct LayerInputs<'a> {
     pub(crate) frame: &'a wgpu::Buffer,
     pub(crate) field: &'a Field,
     pub(crate) tables: Option<&'a DeviceTables>,
-    pub(crate) method: Option<CloudMethod<'a>>,
+    pub(crate) method: Option<&'a SlabLight>,
     pub(crate) light: Option<&'a LayerLight>,
 }
 
@@ -41,10 +34,10 @@ const BAND_TEXELS: f64 = 1024.0 * 512.0;
 /// Cuts of marched rays in one submission at most: about a third of a second of a software device.
 const BAND_CUTS: f64 = 3e7;
 
-/// Rows of a band of textures whose rays are cut `cuts` times each.
-pub(crate) fn band_rows(size: u32, cuts: f64) -> u32 {
+/// Rows of a band of a texture of `size` texels across and down whose rays are cut `cuts` times each.
+pub(crate) fn band_rows(size: [u32; 2], cuts: f64) -> u32 {
     let texels = BAND_TEXELS.min(BAND_CUTS / cuts.max(1.0));
-    ((texels / f64::from(size)) as u32).clamp(1, size)
+    ((texels / f64::from(size[0])) as u32).clamp(1, size[1])
 }
 
 /// What the layers leave of the sun's beam at each texel of a band on the ground.
@@ -61,34 +54,23 @@ pub(crate) fn ground_sun(
     view: &View,
     deadline: Option<Instant>,
 ) -> Result<GroundSun, GpuError> {
-    let count = 4 * view.size as usize * view.rows as usize;
+    let count = 4 * view.size[0] as usize * view.rows as usize;
     let sun = GroundSun { beam: gpu.storage("beam", count), unscattered: gpu.storage("unscattered", count) };
-    let views = uniforms(gpu, view);
-    let dispatches = each(&inputs.layers, &views, |layer, view| {
-        let tables =
-            layer.tables.ok_or_else(|| GpuError::Failed("the sun was followed before its tables".to_owned()))?;
-        let binds = vec![
-            Bind::Buffer(layer.frame),
-            view,
-            Bind::View(&layer.field.thickness.view),
-            Bind::View(&layer.field.bounds.view),
-            Bind::View(&tables.transmittance.view),
-            Bind::Sampler(&gpu.repeat),
-            Bind::Sampler(&gpu.clamp),
-            Bind::Buffer(&sun.beam),
-            Bind::Buffer(&sun.unscattered),
-        ];
-        Ok((&shaders::GROUND_SUN, binds))
-    })?;
-    gpu.run("ground_sun", deadline, |pass| {
-        dispatches.iter().for_each(|(shader, binds)| gpu.dispatch(pass, shader, binds, [view.size, view.rows]));
-    })?;
+    let passes = each(gpu, inputs, view, |layer, view| {
+        let (thickness, bounds) = (&layer.field.thickness, &layer.field.bounds);
+        let transmittance = &layer.tables?.transmittance;
+        let (repeat, clamp) = (&gpu.repeat, &gpu.clamp);
+        let binds =
+            binds![layer.frame, view, thickness, bounds, transmittance, repeat, clamp, &sun.beam, &sun.unscattered];
+        Some((&shaders::GROUND_SUN, binds))
+    });
+    gpu.run("ground_sun", deadline, &passes.ok_or_else(|| early("the sun's beam"))?)?;
     Ok(sun)
 }
 
-/// Uniforms of a view: for layers behind others, and for the first.
-fn uniforms(gpu: &Gpu, view: &View) -> [wgpu::Buffer; 2] {
-    [0, 1].map(|first| gpu.uniform("view", &View { first, ..*view }))
+/// A stage that was asked for before those that it takes from.
+fn early(what: &str) -> GpuError {
+    GpuError::Failed(format!("{what} was shaded before its light"))
 }
 
 /// Whether a texture is made from what the layers leave of the beam on the ground.
@@ -105,90 +87,69 @@ pub(crate) fn band(
     view: &View,
     deadline: Option<Instant>,
 ) -> Result<Vec<f32>, GpuError> {
-    let texels = view.size as usize * view.rows as usize;
-    let count = texels * texture.channels().len();
+    let count = view.size[0] as usize * view.rows as usize * texture.channels().len();
     let output = gpu.storage("output", count);
-    let views = uniforms(gpu, view);
-    let size = [view.size, view.rows];
-    let missing = || GpuError::Failed(format!("{} was shaded before its light", texture.name()));
-    let dispatches: Vec<(&Shader, Vec<Bind<'_>>)> = match texture {
-        TextureKind::Thickness => each(&inputs.layers, &views, |layer, view| {
-            let thickness = Bind::View(&layer.field.thickness.view);
-            let binds =
-                vec![Bind::Buffer(layer.frame), view, thickness, Bind::Sampler(&gpu.repeat), Bind::Buffer(&output)];
-            Ok((&shaders::THICKNESS, binds))
-        })?,
-        TextureKind::Shadow | TextureKind::Irradiance => {
-            let sun = sun.ok_or_else(missing)?;
-            let frame = Bind::Buffer(inputs.layers.first().ok_or_else(missing)?.frame);
-            let mut binds =
-                vec![frame, Bind::Buffer(&views[1]), Bind::Buffer(&sun.beam), Bind::Buffer(&sun.unscattered)];
-            let shader = if texture == TextureKind::Shadow { &shaders::SHADOW } else { &shaders::IRRADIANCE };
-            if texture == TextureKind::Irradiance {
-                let gathered = inputs.gathered.ok_or_else(missing)?;
-                binds.extend([Bind::View(&gathered.view), Bind::Sampler(&gpu.repeat)]);
-            }
-            binds.push(Bind::Buffer(&output));
-            vec![(shader, binds)]
-        }
-        TextureKind::Cloud => each(&inputs.layers, &views, |layer, bound| {
-            cloud(gpu, layer, bound, view.from_above == 1, &output).ok_or_else(missing)
-        })?,
+    let passes = match texture {
+        TextureKind::Thickness => each(gpu, inputs, view, |layer, view| {
+            let binds = binds![layer.frame, view, &layer.field.thickness, &gpu.repeat, &output];
+            Some((&shaders::THICKNESS, binds))
+        }),
+        TextureKind::Shadow | TextureKind::Irradiance => on_the_ground(gpu, texture, inputs, sun, view, &output),
+        TextureKind::Cloud => each(gpu, inputs, view, |layer, bound| {
+            let (tables, light, method) = (layer.tables?, layer.light?, layer.method?);
+            let from_above = view.from_above == 1;
+            let mut binds = binds![
+                layer.frame,
+                bound,
+                &layer.field.thickness,
+                &layer.field.bounds,
+                &tables.transmittance,
+                &tables.reflectance,
+                &tables.phase,
+                &light.from_below,
+                &light.from_above,
+                &light.share[usize::from(from_above)],
+                &gpu.repeat,
+                &gpu.clamp,
+                &output,
+            ];
+            binds.extend(method.binds(gpu, tables, from_above));
+            Some((method.shader(), binds))
+        }),
     };
-    gpu.run(texture.name(), deadline, |pass| {
-        dispatches.iter().for_each(|(shader, binds)| gpu.dispatch(pass, shader, binds, size));
-    })?;
+    gpu.run(texture.name(), deadline, &passes.ok_or_else(|| early(texture.name()))?)?;
     gpu.read(&output, count, deadline)
 }
 
-/// A dispatch for each layer; the first is told that nothing lies before it.
-fn each<'a, 'b>(
-    layers: &'a [LayerInputs<'a>],
-    views: &'b [wgpu::Buffer; 2],
-    make: impl Fn(&'a LayerInputs<'a>, Bind<'b>) -> Result<(&'static Shader, Vec<Bind<'b>>), GpuError>,
-) -> Result<Vec<(&'static Shader, Vec<Bind<'b>>)>, GpuError>
-where
-    'a: 'b,
-{
-    layers.iter().enumerate().map(|(i, layer)| make(layer, Bind::Buffer(&views[usize::from(i == 0)]))).collect()
+fn on_the_ground(
+    gpu: &Gpu,
+    texture: TextureKind,
+    inputs: &Inputs<'_>,
+    sun: Option<&GroundSun>,
+    view: &View,
+    output: &wgpu::Buffer,
+) -> Option<Vec<Pass>> {
+    let sun = sun?;
+    let mut binds = binds![inputs.layers.first()?.frame, &gpu.uniform("view", view), &sun.beam, &sun.unscattered];
+    let shader = if texture == TextureKind::Shadow { &shaders::SHADOW } else { &shaders::IRRADIANCE };
+    if texture == TextureKind::Irradiance {
+        binds.extend(binds![inputs.gathered?, &gpu.repeat]);
+    }
+    binds.extend(binds![output]);
+    Some(vec![Pass::new(shader, [view.size[0], view.rows], binds)])
 }
 
-fn cloud<'b>(
-    gpu: &'b Gpu,
-    layer: &'b LayerInputs<'b>,
-    view: Bind<'b>,
-    from_above: bool,
-    output: &'b wgpu::Buffer,
-) -> Option<(&'static Shader, Vec<Bind<'b>>)> {
-    let (tables, light) = layer.tables.zip(layer.light)?;
-    let mut binds = vec![
-        Bind::Buffer(layer.frame),
-        view,
-        Bind::View(&layer.field.thickness.view),
-        Bind::View(&layer.field.bounds.view),
-        Bind::View(&tables.transmittance.view),
-        Bind::View(&tables.reflectance.view),
-        Bind::View(&tables.phase.view),
-        Bind::View(&light.from_below.view),
-        Bind::View(&light.from_above.view),
-        Bind::View(&light.share[usize::from(from_above)].view),
-        Bind::Sampler(&gpu.repeat),
-        Bind::Sampler(&gpu.clamp),
-        Bind::Buffer(output),
-    ];
-    Some(match layer.method? {
-        CloudMethod::Analytic(closure) => {
-            binds.extend([Bind::View(&closure.view), Bind::View(&tables.aureole.view)]);
-            (&shaders::CLOUD_ANALYTIC, binds)
-        }
-        CloudMethod::Tabulated(slice) => {
-            binds.extend([
-                Bind::View(&slice.sides[usize::from(!from_above)].view),
-                Bind::View(&tables.near_sun.view),
-                Bind::Sampler(&gpu.linear),
-                Bind::Buffer(&slice.remainder),
-            ]);
-            (&shaders::CLOUD_TABULATED, binds)
-        }
-    })
+/// A pass for each layer; the first is told that nothing lies before it. `None` where something is missing.
+fn each<'a>(
+    gpu: &Gpu,
+    inputs: &'a Inputs<'a>,
+    view: &View,
+    make: impl Fn(&'a LayerInputs<'a>, &wgpu::Buffer) -> Option<(&'static shaders::Shader, Vec<crate::gpu::Bind>)>,
+) -> Option<Vec<Pass>> {
+    let views = [0, 1].map(|first| gpu.uniform("view", &View { first, ..*view }));
+    let pass = |(i, layer): (usize, &'a LayerInputs<'a>)| {
+        let (shader, binds) = make(layer, &views[usize::from(i == 0)])?;
+        Some(Pass::new(shader, [view.size[0], view.rows], binds))
+    };
+    inputs.layers.iter().enumerate().map(pass).collect()
 }

@@ -100,8 +100,7 @@ impl HostSlice {
             (0..channels[0].len()).flat_map(texel).collect()
         };
         let constant = |value: fn(&Scaling) -> f64| {
-            let [r, g, b] = tables.each_ref().map(|table| value(table.scaling()) as f32);
-            [r, g, b, 0.0]
+            tables.each_ref().map(|table| value(table.scaling()) as f32)
         };
         let remainder = Remainder {
             depth_scale: constant(|scaling| scaling.depth_scale),

@@ -7,7 +7,8 @@
 use naga::valid::{Capabilities, ValidationFlags, Validator};
 use naga::{Expression, Literal, Module, ShaderStage, TypeInner};
 use skyloom::gpu::layout::{
-    self, Blend, Blur, Cells, Eddies, Frame, Histogram, Octaves, Remainder, Share, Step, Transfer, View,
+    self, Blend, Blur, Cells, Eddies, Frame, Histogram, Medium, Octaves, Placement, Remainder, Share, Step, Sun, SunMaps,
+    Transfer, View,
 };
 use skyloom::gpu::shaders::{self, Shader};
 use skyloom::slab::fluxes;
@@ -43,37 +44,43 @@ macro_rules! host_layout {
 
 fn host_layouts() -> Vec<(&'static str, Layout)> {
     vec![
-        host_layout!(Frame {
-            sun,
-            sun_light,
+        host_layout!(Sun { towards, slant_cosine, irradiance, cosine, radius, discs, spare }),
+        host_layout!(Medium {
             extinction,
+            extinction_550,
             beam,
+            beam_550,
             smooth_part,
+            transport_550,
             smooth_albedo,
-            offset_uv,
-            shift_uv,
-            above_uv,
-            sample_at,
-            extent_m,
-            base_m,
-            depth_m,
-            max_steps,
-            texels,
-            columns,
-            discs,
-            sun_radius,
+            spare,
         }),
-        host_layout!(View { towards, eye, size, first_row, rows, from_above, part, peak, plane_m, first }),
+        host_layout!(Placement { offset_uv, shift_uv, above_uv, extent_m, base_m, depth_m, max_steps, spare }),
+        host_layout!(SunMaps { sample_at, texels, columns }),
+        host_layout!(Frame { sun, medium, place, maps }),
+        host_layout!(View {
+            towards,
+            perspective,
+            eye,
+            plane_m,
+            size,
+            first_row,
+            rows,
+            from_above,
+            part,
+            peak,
+            first,
+        }),
         host_layout!(Blur { axis, radius, sharpness }),
-        host_layout!(Share { entry_scale, reflect_scale, entry_weight, spare_0, spare_1, spare_2 }),
+        host_layout!(Share { entry_scale, entry_weight, reflect_scale, spare }),
         host_layout!(Remainder {
             depth_scale,
-            order1_albedo,
-            decay,
-            extrapolation,
             depths,
+            order1_albedo,
             zeniths,
+            decay,
             azimuths,
+            extrapolation,
             depths_per_octave,
         }),
         host_layout!(Octaves { seed, first, count, width }),
@@ -194,8 +201,8 @@ fn a_swap_in_the_real_text_is_seen() {
     let swapped =
         source.replace("base_m: f32", "@@").replace("depth_m: f32", "base_m: f32").replace("@@", "depth_m: f32");
     assert_ne!(source, swapped);
-    let (_, host) = &host_layouts()[0];
-    assert_ne!(&wgsl_layout(&parse(&swapped), "Frame"), host);
+    let (_, host) = host_layout!(Placement { offset_uv, shift_uv, above_uv, extent_m, base_m, depth_m, max_steps, spare });
+    assert_ne!(wgsl_layout(&parse(&swapped), "Placement"), host);
 }
 
 #[test]

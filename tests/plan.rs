@@ -106,7 +106,7 @@ fn shadow_error(sky: &mut Sky, sun_deg: f64, tolerance: f64) -> f64 {
     let mut fine = stages.frame;
     fine.max_steps = 1 << 20;
     let sun = glam::DVec3::from_array([fine.sun[0], fine.sun[1], fine.sun[2]].map(f64::from));
-    let shift = stages.frame.shift_uv.map(f64::from);
+    let shift = stages.frame.place.shift_uv.map(f64::from);
     let mut sum = 0.0;
     for (i, found) in stages.output.iter().enumerate() {
         let centre = |i: usize| (i as f64 + 0.5) / 64.0;

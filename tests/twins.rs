@@ -131,7 +131,7 @@ fn place_error(map: &Map, reach_uv: f64) -> f64 {
 
 /// Distance over which a ray crosses the layer, in domains.
 fn reach_uv(frame: &Frame, cosine: f64) -> f64 {
-    f64::from(frame.depth_m / frame.extent_m) * (1.0 - cosine * cosine).max(0.0).sqrt() / cosine
+    f64::from(frame.place.depth_m / frame.place.extent_m) * (1.0 - cosine * cosine).max(0.0).sqrt() / cosine
 }
 
 /// A thickness map as a device may read it at worst: see [`place_error`]. Its heights are rounded too.
@@ -140,7 +140,7 @@ fn raised(frame: &Frame, map: &Map, cosine: f64) -> Map {
 }
 
 fn misread_m(frame: &Frame, map: &Map, cosine: f64) -> f64 {
-    place_error(map, reach_uv(frame, cosine)) + 4.0 * ROUND * f64::from(frame.depth_m)
+    place_error(map, reach_uv(frame, cosine)) + 4.0 * ROUND * f64::from(frame.place.depth_m)
 }
 
 fn lifted(map: &Map, by_m: f64) -> Map {
@@ -207,7 +207,7 @@ fn check_field(stages: &Stages) {
         }
         (None, Some(image)) => {
             let blended = reference::field_image::main(&field.blend, &displacement, &map(image));
-            (blended, place_error(&map(image), 3.0) + BLEND * f64::from(stages.frame.depth_m))
+            (blended, place_error(&map(image), 3.0) + BLEND * f64::from(stages.frame.place.depth_m))
         }
         _ => panic!("a field is synthetic or an image"),
     };
@@ -263,13 +263,13 @@ fn check_sunlight(stages: &Stages) {
         &tables.diffuse,
     ]
     .map(map);
-    let higher = raised(frame, &thickness, frame.sun[3].into());
+    let higher = raised(frame, &thickness, frame.sun.slant_cosine.into());
 
     let entry = |thickness| reference::sun_entry::main(frame, thickness);
     let (twin, other) = (entry(&thickness), entry(&higher));
     // A slope is a difference of two samples, over a texel; at low sun it is large against the cosine.
-    let texel_m = f64::from(frame.extent_m) / thickness.width as f64;
-    let slope = 4.0 * place_error(&thickness, 1.0) / texel_m / f64::from(frame.sun[3]);
+    let texel_m = f64::from(frame.place.extent_m) / thickness.width as f64;
+    let slope = 4.0 * place_error(&thickness, 1.0) / texel_m / f64::from(frame.sun.slant_cosine);
     let (values_of, other) = (values(&twin, &stages.entry), values(&other, &stages.entry));
     let bounds = allowed(&values_of, &other, Tolerance::new(slope + CANCEL, BEAM_REL + 8.0 * ROUND));
     check_each("sun_entry", &stages.entry.data, &values_of, &bounds);
@@ -387,7 +387,7 @@ fn check_shadow(stages: &Stages) {
     let frame = &stages.frame;
     let thickness = map(&stages.thickness);
     let twin = |thickness: &Map| reference::shadow::main(frame, &stages.view, &ground_sun(stages, thickness));
-    let (shadow, other) = (twin(&thickness), twin(&raised(frame, &thickness, frame.sun[3].into())));
+    let (shadow, other) = (twin(&thickness), twin(&raised(frame, &thickness, frame.sun.slant_cosine.into())));
     check_each("shadow", &stages.output, &shadow, &allowed(&shadow, &other, Tolerance::new(CANCEL, BEAM_REL)));
 }
 
@@ -396,8 +396,8 @@ fn check_irradiance(stages: &Stages) {
     let (thickness, gathered) = (map(&stages.thickness), map(&stages.gathered));
     let twin =
         |thickness: &Map| reference::irradiance::main(frame, &stages.view, &ground_sun(stages, thickness), &gathered);
-    let (light, other) = (twin(&thickness), twin(&raised(frame, &thickness, frame.sun[3].into())));
-    let sun = f64::from(frame.sun_light[0] * frame.sun_light[3]);
+    let (light, other) = (twin(&thickness), twin(&raised(frame, &thickness, frame.sun.slant_cosine.into())));
+    let sun = f64::from(frame.sun.irradiance[0] * frame.sun.cosine);
     let tolerance = Tolerance::new(place_error(&gathered, 1.0) + CANCEL * sun, BEAM_REL);
     check_each("irradiance", &stages.output, &light, &allowed(&light, &other, tolerance));
 }
@@ -440,7 +440,7 @@ fn check_cloud(stages: &Stages) {
     // Lower as well: a ray may miss the cloud that it only just touches, and meet another far away.
     let [higher, lower] = [misread_m, -misread_m].map(|by_m| twin(frame, &lifted(&thickness, by_m)));
     let mut turned_frame = *frame;
-    turned_frame.sun[0] += DIRECTION;
+    turned_frame.sun.towards[0] += DIRECTION;
     let turned = twin(&turned_frame, &thickness);
     let light = largest(&from_above) + largest(&from_below);
     // Where the ray meets the cloud is known as well as its path is: a step of the share map, and of the light's.
@@ -466,7 +466,7 @@ fn check_alpha(stages: &Stages) {
     let alpha = |thickness: &Map| {
         reference::frame::image(view, |place| {
             let path_m = reference::cloud::view_ray(frame, view, thickness, place).path_m;
-            [-(-f64::from(frame.extinction[3]) * path_m).exp_m1()]
+            [-(-f64::from(frame.medium.extinction_550) * path_m).exp_m1()]
         })
     };
     let (twin, other) = (alpha(&thickness), alpha(&raised(frame, &thickness, view.towards[2].abs().into())));

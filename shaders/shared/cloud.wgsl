@@ -18,25 +18,24 @@ struct ViewRay {
 }
 
 fn view_ray(pixel: vec2<u32>) -> ViewRay {
-    let place = (vec2<f32>(f32(pixel.x), f32(pixel.y + view.first_row)) + 0.5) / f32(view.size) - 0.5;
     let from_above = view.from_above == 1u;
-    let position = vec3<f32>(vec2<f32>(place.x, -place.y) * frame.extent_m, view.plane_m);
-    let to_eye = view.eye.xyz - position;
-    let seen = select(view.towards.xyz, to_eye / max(length(to_eye), 1e-6), view.towards.w > 0.5);
+    let ray = projection_ray(view, frame.place.extent_m, pixel);
+    let position = ray.position;
+    let seen = ray.seen;
     // The view ray, climbing through the layer.
     let up = select(-seen, seen, from_above);
     let cosine = clamp(up.z, MIN_COSINE, 1.0);
-    let base_uv = domain_uv(position.xy + up.xy / cosine * (frame.base_m - view.plane_m), frame.extent_m);
+    let base_uv = domain_uv(position.xy + up.xy / cosine * (frame.place.base_m - view.plane_m), frame.place.extent_m);
     let path = path_in_layer(thickness, bounds, repeat, frame, base_uv, up);
     let climbed_m = select(path.low_m, path.high_m, from_above) / cosine;
-    let hit_uv = base_uv + vec2<f32>(up.x, -up.y) * (climbed_m / frame.extent_m);
-    let depth = frame.extinction.w * path.length_m * cosine;
+    let hit_uv = base_uv + vec2<f32>(up.x, -up.y) * (climbed_m / frame.place.extent_m);
+    let depth = frame.medium.extinction_550 * path.length_m * cosine;
     return ViewRay(seen, hit_uv, cosine, path.length_m, depth, from_above);
 }
 
 fn cloud_texel(pixel: vec2<u32>) {
     let ray = view_ray(pixel);
-    let path = frame.extinction.w * ray.path_m;
+    let path = frame.medium.extinction_550 * ray.path_m;
     let clear = exp(-path);
     // With all digits where the cloud is thin: colour may be divided by it.
     let alpha = select(1.0 - clear, path * slab_phi1(vec3<f32>(path)).x, path < 0.3);
@@ -46,11 +45,11 @@ fn cloud_texel(pixel: vec2<u32>) {
     let low = sample_periodic(from_below, repeat, ray.hit_uv, 0u).rgb / PI;
     let high = sample_periodic(from_above, repeat, ray.hit_uv, 0u).rgb / PI;
     var light = select(high * transmitted + low * reflected, high * reflected + low * transmitted, ray.from_above);
-    if frame.sun_light.w > 0.0 {
+    if frame.sun.cosine > 0.0 {
         let share = sample_periodic(sun_share, repeat, ray.hit_uv, 0u).rgb;
-        light += frame.sun_light.rgb * share * sunlight(ray, through);
+        light += frame.sun.irradiance * share * sunlight(ray, through);
     }
-    let at = 4u * (pixel.y * view.size + pixel.x);
+    let at = 4u * (pixel.y * view.size.x + pixel.x);
     var before = vec4<f32>(0.0);
     if view.first == 0u {
         before = vec4<f32>(output[at], output[at + 1u], output[at + 2u], output[at + 3u]);

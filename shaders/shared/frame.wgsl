@@ -1,40 +1,68 @@
 // Structs that the host fills. Their twins are in src/gpu/layout.rs; a reflection test compares the two.
 
-// One layer at one moment.
-struct Frame {
-    sun: vec4<f32>,           // xyz: towards the sun (east, north, up); w: cosine of its zenith, at least MIN_COSINE
-    sun_light: vec4<f32>,     // rgb: irradiance facing the sun, 0 below the horizon; w: cosine of the zenith, at least 0
-    extinction: vec4<f32>,    // per metre: 650, 550, 450 nm; w: 550 nm
-    beam: vec4<f32>,          // part of extinction that takes light out of the 5-degree beam; w: 550 nm
-    smooth_part: vec4<f32>,   // rgb: 1 - albedo * forward peak: extinction of the medium without its peak;
-                              // w: 1 - asymmetry, that of transport, at 550 nm
-    smooth_albedo: vec4<f32>, // rgb: single-scattering albedo of that medium
+// The sun at one moment.
+struct Sun {
+    towards: vec3<f32>,       // unit vector: east, north, up
+    slant_cosine: f32,        // cosine of its zenith, at least MIN_COSINE: of rays and tables
+    irradiance: vec3<f32>,    // facing it, 0 below the horizon
+    cosine: f32,              // of its zenith, at least 0: 0 is night
+    radius: f32,              // of its disc, radians
+    discs: u32,               // places on the disc that are looked at, 1 for a point
+    spare: vec2<u32>,
+}
+
+// What a layer is made of: red, green and blue are 650, 550 and 450 nm.
+struct Medium {
+    extinction: vec3<f32>,    // per metre
+    extinction_550: f32,
+    beam: vec3<f32>,          // part of extinction that takes light out of the 5-degree beam
+    beam_550: f32,
+    smooth_part: vec3<f32>,   // 1 - albedo * forward peak: extinction of the medium without its peak, relative
+    transport_550: f32,       // 1 - asymmetry: extinction of transport, relative
+    smooth_albedo: vec3<f32>, // single-scattering albedo of the medium without its peak
+    spare: u32,
+}
+
+// Where a layer lies, and its field in the domain.
+struct Placement {
     offset_uv: vec2<f32>,     // where the wind has carried the field
     shift_uv: vec2<f32>,      // from a ground point to where its sun ray crosses the layer's base
     above_uv: vec2<f32>,      // from a point of the base to where its sun ray crosses the base of the layer above
-    sample_at: vec2<f32>,     // see sunlight_sample
-    extent_m: f32,
+    extent_m: f32,            // side of the domain
     base_m: f32,
     depth_m: f32,             // no cloud is thicker
     max_steps: u32,           // cuts of a ray through the layer
-    texels: u32,              // of the maps of sunlight, a side
+    spare: vec2<u32>,
+}
+
+// The layer's maps of sunlight.
+struct SunMaps {
+    sample_at: vec2<f32>,     // see sunlight_sample
+    texels: u32,              // a side
     columns: u32,             // 1: each column is lit from straight above, as if its neighbours were like it; 2: light at
-                              // the base is marched, but no part of the top is in the shadow of another
-    discs: u32,               // places on the sun's disc that are looked at, 1 for a point
-    sun_radius: f32,          // angle, radians
+                              // the base is marched, but no part of the top is in the shadow of another; 0: neither
+}
+
+// One layer at one moment.
+struct Frame {
+    sun: Sun,
+    medium: Medium,
+    place: Placement,
+    maps: SunMaps,
 }
 
 // One output texture, or a band of its rows.
 struct View {
-    towards: vec4<f32>,       // xyz: towards the viewer of a parallel view; w: 1 for a perspective view
-    eye: vec4<f32>,           // xyz: the viewer of a perspective view, metres
-    size: u32,                // texels a side
+    towards: vec3<f32>,       // towards the viewer of a parallel view
+    perspective: u32,         // 1: the view of a viewer at eye
+    eye: vec3<f32>,           // the viewer of a perspective view, metres
+    plane_m: f32,             // height of the plane that the texels lie in
+    size: vec2<u32>,          // texels across and down
     first_row: u32,
     rows: u32,
     from_above: u32,
     part: u32,                // irradiance: 0 total, 1 direct, 2 diffuse
     peak: u32,                // 1: light scattered by less than 5 degrees counts as beam
-    plane_m: f32,             // height of the plane that the texels lie in
     first: u32,               // 1: the layer is the first that is drawn, nothing lies before it
 }
 
@@ -47,23 +75,21 @@ struct Blur {
 
 // How the maps of sunlight are put together: see sun_share.
 struct Share {
-    entry_scale: vec4<f32>,   // rgb: brings the mean of light by entry to that of light along the ray
-    reflect_scale: vec4<f32>, // rgb: brings the mean of reflected light by entry to that along the ray
+    entry_scale: vec3<f32>,   // brings the mean of light by entry to that of light along the ray
     entry_weight: f32,        // of diffuse light by entry; the rest is by the ray
-    spare_0: u32,
-    spare_1: u32,
-    spare_2: u32,
+    reflect_scale: vec3<f32>, // brings the mean of reflected light by entry to that along the ray
+    spare: u32,
 }
 
 // What the texels of a radiance slice are multiplied by, per channel.
 struct Remainder {
-    depth_scale: vec4<f32>,   // scaled optical depth per true one
-    order1_albedo: vec4<f32>, // albedo of single scattering at the scaled depth
-    decay: vec4<f32>,         // diffusion exponent per scaled depth
-    extrapolation: vec4<f32>, // depth added by extrapolation at both faces, scaled
-    depths: f32,              // nodes of optical depth, view zenith and azimuth
-    zeniths: f32,
-    azimuths: f32,
+    depth_scale: vec3<f32>,   // scaled optical depth per true one
+    depths: f32,              // nodes of optical depth
+    order1_albedo: vec3<f32>, // albedo of single scattering at the scaled depth
+    zeniths: f32,             // nodes of view zenith
+    decay: vec3<f32>,         // diffusion exponent per scaled depth
+    azimuths: f32,            // nodes of azimuth
+    extrapolation: vec3<f32>, // depth added by extrapolation at both faces, scaled
     depths_per_octave: f32,
 }
 
@@ -147,11 +173,16 @@ const PI: f32 = 3.14159265358979;
 const SUNLIGHT_SAMPLES: u32 = 2u;
 
 fn sunlight_sample(frame: Frame, texel: vec2<u32>, i: u32) -> vec2<f32> {
-    let apart = select(frame.sample_at, frame.sample_at.yx, (texel.x + texel.y) % 2u == 1u);
-    return (vec2<f32>(texel) + 0.5 + select(apart, -apart, i == 1u)) / f32(frame.texels);
+    let apart = select(frame.maps.sample_at, frame.maps.sample_at.yx, (texel.x + texel.y) % 2u == 1u);
+    return (vec2<f32>(texel) + 0.5 + select(apart, -apart, i == 1u)) / f32(frame.maps.texels);
 }
 
 // Place on the domain of a point given in metres; row 0 of a map is the north edge.
 fn domain_uv(position_m: vec2<f32>, extent_m: f32) -> vec2<f32> {
     return vec2<f32>(0.5 + position_m.x / extent_m, 0.5 - position_m.y / extent_m);
+}
+
+// Place of a texel's centre in the whole image, 0 to 1 from the north-west corner.
+fn texel_place(view: View, pixel: vec2<u32>) -> vec2<f32> {
+    return (vec2<f32>(f32(pixel.x), f32(pixel.y + view.first_row)) + 0.5) / vec2<f32>(view.size);
 }

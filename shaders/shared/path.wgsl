@@ -38,11 +38,11 @@ fn path_from(
     from_m: f32,
 ) -> Path {
     let cosine = max(up.z, MIN_COSINE);
-    let direction = vec2<f32>(up.x, -up.y) / (cosine * frame.extent_m);
-    let start = start_uv + frame.offset_uv;
+    let direction = vec2<f32>(up.x, -up.y) / (cosine * frame.place.extent_m);
+    let start = start_uv + frame.place.offset_uv;
     let size = vec2<f32>(textureDimensions(map));
-    let crossings = frame.depth_m * dot(abs(direction), size);
-    let uv_per_metre = direction / max(1.0, crossings / f32(frame.max_steps));
+    let crossings = frame.place.depth_m * dot(abs(direction), size);
+    let uv_per_metre = direction / max(1.0, crossings / f32(frame.place.max_steps));
     // In texels from the first one's centre, in the tile where the ray is. A cell is a square between four centres, named by
     // its low corner.
     var place = fract(start) * size - 0.5;
@@ -52,9 +52,9 @@ fn path_from(
     let pitch = 1.0 / max(abs(slope), vec2<f32>(1e-12));
     var cell = path_cell(place, forward);
     let block_side = f32(BOUNDS_TEXELS);
-    let way_m = frame.depth_m - from_m;
+    let way_m = frame.place.depth_m - from_m;
     // Optical depth per metre of height.
-    let per_metre = frame.extinction.w / cosine;
+    let per_metre = frame.medium.extinction_550 / cosine;
     var sum = 0.0;
     var left = 1.0;
     // Weighted heights and weights.
@@ -62,7 +62,7 @@ fn path_from(
     var high = vec2<f32>(0.0);
     var height_m = 0.0;
     // Steps end cells, blocks, or what lies below all tops of a block: fewer of the latter two than half the cells.
-    for (var i = 0u; i < frame.max_steps + frame.max_steps / 2u + 8u && height_m < way_m; i++) {
+    for (var i = 0u; i < frame.place.max_steps + frame.place.max_steps / 2u + 8u && height_m < way_m; i++) {
         let tiles = size * floor((cell + 0.5) / size);
         cell -= tiles;
         place -= tiles;

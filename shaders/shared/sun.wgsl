@@ -6,9 +6,9 @@ struct SunThrough {
 }
 
 fn sun_through(path_m: f32) -> SunThrough {
-    let depth = frame.extinction.w * path_m * frame.sun.w;
-    let total = slab_transmittance(transmittance, clamped, depth, frame.sun.w);
+    let depth = frame.medium.extinction_550 * path_m * frame.sun.slant_cosine;
+    let total = slab_transmittance(transmittance, clamped, depth, frame.sun.slant_cosine);
     // At grazing sun part of the 5-degree cone points upwards: the beam can't hold more than what comes through.
-    let beam = min(exp(-frame.beam.rgb * frame.extinction.rgb * path_m), total);
+    let beam = min(exp(-frame.medium.beam * frame.medium.extinction * path_m), total);
     return SunThrough(total, beam);
 }

@@ -1,15 +1,11 @@
 //! Time of the cloud pass with each method, all in one run.
 
-use std::collections::HashMap;
-use std::sync::Arc;
-
 use serde_json::json;
 
+use super::ChartError;
+use super::device::{self, Device};
 use super::errors::SlabMethod;
-use super::{ChartError, medium};
-use crate::render::{Job, RenderError, Renderer, RendererOptions, Watch};
-use crate::request::Request;
-use crate::scene::Scene;
+use crate::job::Watch;
 use crate::tables::TableLibrary;
 
 /// Texels a side.
@@ -52,25 +48,16 @@ pub(super) fn costs(
             "thickness": { "kind": "stratocumulus", "pattern": "closed", "coverage": 1, "seed": 7 },
             "droplets": { "effective_radius_um": 7, "broadness": 2, "number_per_cm3": 300 } }],
     });
-    let failed = |detail: String| ChartError::Render(RenderError::Gpu(detail));
-    let scene = Scene::from_json(scene.to_string().as_bytes()).map_err(|error| failed(error.to_string()))?;
-    let scene = Arc::new(scene);
-    let tables = vec![library.get(&medium::droplets(7.0), None, &|_| ())?];
-    let job = |method: &SlabMethod| -> Result<Option<Job>, ChartError> {
-        let Some(query) = query(*method) else { return Ok(None) };
-        let query = query.map(|(name, value)| (name.to_owned(), value.to_owned()));
-        let request = Request::parse("cloud", "f32", &query).map_err(|error| failed(error.to_string()))?;
-        let (scene, tables) = (Arc::clone(&scene), tables.clone());
-        Ok(Some(Job { scene, request, tables, images: HashMap::new() }))
-    };
-    let jobs = methods.iter().map(job).collect::<Result<Vec<_>, _>>()?;
-    let mut renderer = Renderer::new(&RendererOptions::default())?;
+    let scene = device::scene(&scene)?;
+    let mut device = Device::open(library)?;
+    let job = |method: &SlabMethod| query(*method).map(|query| device.job(&scene, "cloud", &query)).transpose();
+    let jobs = methods.iter().map(job).collect::<Result<Vec<_>, ChartError>>()?;
     let mut times = vec![Vec::new(); methods.len()];
     // The first round makes tables and field.
     for round in 0..=ROUNDS {
         for (job, times) in jobs.iter().zip(&mut times) {
             let Some(job) = job else { continue };
-            let texture = renderer.render(job, &Watch::default())?;
+            let texture = device.renderer.render(job, &Watch::default())?;
             let shade = texture.timings.iter().find(|(stage, _)| *stage == "shade");
             if let (Some((_, time)), 1..) = (shade, round) {
                 times.push(time.as_secs_f64());

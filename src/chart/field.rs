@@ -3,7 +3,6 @@
 //! Direct schemes carry the field itself from step to step (semi-Lagrangian, in the frame of the mean wind); they run here
 //! on all cores. The renderer's way displaces noise instead; it runs on the device.
 
-use std::collections::HashMap;
 use std::sync::Arc;
 use std::time::Instant;
 
@@ -12,11 +11,11 @@ use serde_json::json;
 
 use super::csv::Csv;
 use super::figure::{Axis, BLUE, BROWN, Figure, GREEN, Key, Mark, ORANGE, Panel, RED, Stroke};
+use super::device::{self, Device};
 use super::{ChartError, ChartFile};
 use crate::field::eddies::{Eddies, GRID};
 use crate::field::{FieldStages, power_spectrum};
-use crate::render::{Job, RenderError, Renderer, RendererOptions, Watch};
-use crate::request::Request;
+use crate::job::{Job, Watch};
 use crate::scene::Scene;
 use crate::tables::TableLibrary;
 use plotters::style::RGBColor;
@@ -61,7 +60,7 @@ struct Found {
 }
 
 pub(super) fn make(library: &TableLibrary, progress: &(dyn Fn(f64) + Sync)) -> Result<Vec<ChartFile>, ChartError> {
-    let mut device = Device::new(library)?;
+    let mut device = Moving { device: Device::open(library)? };
     let start = device.stages(0.0, 0.0)?.field;
     let eddies = Eddies::new(SEED);
     let mut found = Vec::new();
@@ -229,34 +228,25 @@ fn direct(eddies: &Eddies, start: &[f32], scheme: usize, progress: &dyn Fn(f64))
     Found { left, next_ms, replay_ms: TIMES_S.map(|time| time / STEP_S * next_ms).to_vec() }
 }
 
-struct Device {
-    renderer: Renderer,
-    library_tables: Vec<Arc<crate::tables::MixTables>>,
+/// The renderer's own way.
+struct Moving<'a> {
+    device: Device<'a>,
 }
 
-impl Device {
-    fn new(library: &TableLibrary) -> Result<Self, ChartError> {
-        let scene = scene(0.0)?;
-        let tables = scene.mixes().iter().map(|mix| library.get(mix, None, &|_| ())).collect::<Result<_, _>>()?;
-        Ok(Self { renderer: Renderer::new(&RendererOptions::default())?, library_tables: tables })
-    }
-
+impl Moving<'_> {
     fn job(&self, speed_m_s: f64, time_s: f64) -> Result<Job, ChartError> {
-        let query = [("time".to_owned(), time_s.to_string())];
-        let request = Request::parse("thickness", "f32", &query).map_err(|error| failed(error.to_string()))?;
-        let tables = self.library_tables.clone();
-        Ok(Job { scene: Arc::new(scene(speed_m_s)?), request, tables, images: HashMap::new() })
+        self.device.job(&scene(speed_m_s)?, "thickness", &[("time", &time_s.to_string())])
     }
 
     fn stages(&mut self, speed_m_s: f64, time_s: f64) -> Result<FieldStages, ChartError> {
         let job = self.job(speed_m_s, time_s)?;
-        let stages = self.renderer.inspect(&job, &Watch::default())?;
-        stages.field.ok_or_else(|| failed("a synthetic field has stages".to_owned()))
+        let stages = self.device.renderer.inspect(&job, &Watch::default())?;
+        stages.field.ok_or_else(|| ChartError::Empty("a synthetic field has stages"))
     }
 
     fn time(&mut self, time_s: f64) -> Result<f64, ChartError> {
         let job = self.job(SPEED_M_S, time_s)?;
-        let texture = self.renderer.render(&job, &Watch::default())?;
+        let texture = self.device.renderer.render(&job, &Watch::default())?;
         let stage = texture.timings.iter().find(|(stage, _)| *stage == "field");
         Ok(stage.map_or(f64::NAN, |(_, time)| time.as_secs_f64() * 1e3))
     }
@@ -280,19 +270,14 @@ impl Device {
     }
 }
 
-fn failed(detail: String) -> ChartError {
-    ChartError::Render(RenderError::Gpu(detail))
-}
-
-fn scene(speed_m_s: f64) -> Result<Scene, ChartError> {
-    let scene = json!({
+fn scene(speed_m_s: f64) -> Result<Arc<Scene>, ChartError> {
+    device::scene(&json!({
         "domain": { "extent_m": EXTENT_M, "resolution": SIDE },
         "layers": [{
             "thickness": { "kind": "stratocumulus", "pattern": "fractal", "seed": SEED },
             "droplets": { "henyey_greenstein": 0.85, "extinction_per_m": 0.03 },
             "wind": { "speed_m_s": 0, "turbulence_m_s": speed_m_s } }],
-    });
-    Scene::from_json(scene.to_string().as_bytes()).map_err(|error| failed(error.to_string()))
+    }))
 }
 
 /// Range of lost amplitude that is drawn, percent; smaller losses are drawn at twice its lower end, off the axis.

@@ -3,25 +3,25 @@
 
 mod local;
 
-use std::collections::HashMap;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
 use serde_json::json;
 
 use super::csv::Csv;
+use super::device::{self, Device};
 use super::figure::{
     Axis, BLACK, BLUE, BROWN, Dash, Figure, GREEN, GREY, Key, Mark, ORANGE, PURPLE, Panel, RED, Stroke, TEAL,
 };
 use super::medium::{Medium, SMOOTH};
 use super::{ChartError, ChartFile};
+use crate::job::{Job, Watch};
 use crate::reference::Map;
 use crate::reference::monte_carlo::Effort;
 use crate::reference::monte_carlo::field::{FieldProblem, FluxMap, Layer, MapEstimate, trace};
-use crate::render::{Job, RenderError, Renderer, RendererOptions, Watch};
-use crate::request::{Request, Transport};
+use crate::request::Transport;
 use crate::scene::{Scene, direction};
-use crate::tables::{MixTables, TableLibrary};
+use crate::tables::TableLibrary;
 use local::{Local, Shift};
 use plotters::style::RGBColor;
 
@@ -103,7 +103,7 @@ const SHIFTS: [(&str, Shift); 2] = [("column at h sin", Shift::Sine), ("column a
 const MARCHED: &str = "marched";
 
 pub(super) fn make(library: &TableLibrary, progress: &(dyn Fn(f64) + Sync)) -> Result<Vec<ChartFile>, ChartError> {
-    let mut device = Device::new(library)?;
+    let mut device = Lit { device: Device::open(library)? };
     let medium = Medium::new(library, &SMOOTH, 1)?;
     let mut found = Vec::new();
     let runs = FIELDS.len() * SUNS_DEG.len();
@@ -130,7 +130,7 @@ pub(super) fn make(library: &TableLibrary, progress: &(dyn Fn(f64) + Sync)) -> R
 
 /// Every method under one sun.
 fn at_sun(
-    device: &mut Device,
+    device: &mut Lit<'_>,
     medium: &Medium,
     field: usize,
     thickness: &Map,
@@ -207,23 +207,16 @@ fn compared(
     Found { field, place, method, sun_deg, rms, rms_error, mean: mean(light), exact: mean(&exact.values) }
 }
 
-struct Device {
-    renderer: Renderer,
-    tables: Vec<Arc<MixTables>>,
+/// The renderer, as far as light goes.
+struct Lit<'a> {
+    device: Device<'a>,
 }
 
-impl Device {
-    fn new(library: &TableLibrary) -> Result<Self, ChartError> {
-        let tables = vec![library.get(&SMOOTH, None, &|_| ())?];
-        Ok(Self { renderer: Renderer::new(&RendererOptions::default())?, tables })
-    }
-
+impl Lit<'_> {
     fn job(&self, scene: &Arc<Scene>, texture: &str, size: usize, query: &[(&str, &str)]) -> Result<Job, ChartError> {
         let size = size.to_string();
-        let query = query.iter().copied().chain([("size", size.as_str())]);
-        let query: Vec<_> = query.map(|(name, value)| (name.to_owned(), value.to_owned())).collect();
-        let request = Request::parse(texture, "f32", &query).map_err(|error| failed(error.to_string()))?;
-        Ok(Job { scene: Arc::clone(scene), request, tables: self.tables.clone(), images: HashMap::new() })
+        let query: Vec<_> = query.iter().copied().chain([("size", size.as_str())]).collect();
+        self.device.job(scene, texture, &query)
     }
 
     fn texture(
@@ -234,7 +227,7 @@ impl Device {
         query: &[(&str, &str)],
     ) -> Result<Vec<f32>, ChartError> {
         let job = self.job(scene, texture, size, query)?;
-        Ok(self.renderer.render(&job, &Watch::default())?.data)
+        Ok(self.device.renderer.render(&job, &Watch::default())?.data)
     }
 
     /// Green irradiance of the ground, part of the light above the clouds, means over the texels of the traced maps.
@@ -258,7 +251,7 @@ impl Device {
             for ((name, _), times) in Transport::ALL.iter().zip(&mut times) {
                 let time = round.to_string();
                 let job = self.job(&scene, "irradiance", SIDE, &[("transport", name), ("time", &time)])?;
-                let texture = self.renderer.render(&job, &Watch::default())?;
+                let texture = self.device.renderer.render(&job, &Watch::default())?;
                 if let (Some((_, time)), 1..) = (texture.timings.iter().find(|(stage, _)| *stage == "light"), round) {
                     times.push(1e3 * time.as_secs_f64());
                 }
@@ -272,18 +265,9 @@ impl Device {
     }
 }
 
-fn failed(detail: String) -> ChartError {
-    ChartError::Render(RenderError::Gpu(detail))
-}
-
-fn parsed(scene: &serde_json::Value) -> Result<Arc<Scene>, ChartError> {
-    let scene = Scene::from_json(scene.to_string().as_bytes()).map_err(|error| failed(error.to_string()))?;
-    Ok(Arc::new(scene))
-}
-
 fn scene(field: usize, sun_deg: f64, base_m: f64) -> Result<Arc<Scene>, ChartError> {
     let (_, pattern, coverage, mean_m) = FIELDS[field];
-    parsed(&json!({
+    device::scene(&json!({
         "domain": { "extent_m": EXTENT_M, "resolution": SIDE },
         "sun": { "zenith_deg": sun_deg, "azimuth_deg": AZIMUTH_DEG },
         "atmosphere": { "sun": [1, 1, 1], "sky": [0, 0, 0] },
@@ -297,7 +281,7 @@ fn scene(field: usize, sun_deg: f64, base_m: f64) -> Result<Arc<Scene>, ChartErr
 
 /// A frame as a caller would ask for it.
 fn timed_scene() -> Result<Arc<Scene>, ChartError> {
-    parsed(&json!({
+    device::scene(&json!({
         "domain": { "extent_m": 20_000, "resolution": 512 },
         "sun": { "zenith_deg": 60, "azimuth_deg": AZIMUTH_DEG },
         "layers": [{ "base_m": BASE_M,

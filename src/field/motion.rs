@@ -7,7 +7,7 @@
 use super::clock::{self, Clock, Instant};
 use super::eddies::{BANDS, Eddies, GRID};
 use crate::gpu::layout::Step;
-use crate::gpu::{Bind, Gpu, GpuError, Target, shaders};
+use crate::gpu::{Gpu, GpuError, Pass, Target, binds, shaders};
 
 /// The eddies of a field, and how far they have been followed.
 pub(crate) struct Motion {
@@ -82,14 +82,14 @@ impl Motion {
         self.followed = None;
         let steps = (step - from) as u32;
         let last = self.length(step, part);
-        gpu.run("displacement", deadline, |pass| {
-            for number in from..step {
-                let [before, after] = &self.states;
-                self.advance(gpu, pass, number, 1.0, before, after);
-                self.states.swap(0, 1);
-            }
-            self.advance(gpu, pass, step, part, &self.states[0], &self.displacement);
-        })?;
+        let mut passes = Vec::new();
+        for number in from..step {
+            let [before, after] = &self.states;
+            passes.extend(self.advance(gpu, number, 1.0, before, after));
+            self.states.swap(0, 1);
+        }
+        passes.extend(self.advance(gpu, step, part, &self.states[0], &self.displacement));
+        gpu.run("displacement", deadline, &passes)?;
         self.followed = Some(step);
         Ok(Displaced { weights, steps, last })
     }
@@ -105,34 +105,16 @@ impl Motion {
         self.eddies.phases((step as f64 + 0.5 * part) * self.clock.step_s() * self.speed_per_s)
     }
 
-    fn advance(
-        &self,
-        gpu: &Gpu,
-        pass: &mut wgpu::ComputePass<'_>,
-        step: i64,
-        part: f64,
-        before: &Target,
-        after: &Target,
-    ) {
+    fn advance(&self, gpu: &Gpu, step: i64, part: f64, before: &Target, after: &Target) -> [Pass; 2] {
         let phases = gpu.uniform("phases", &self.phases(step, part));
         let [a, b, c, d] = &self.bands;
-        let binds = [
-            Bind::Buffer(&phases),
-            Bind::View(&a.view),
-            Bind::View(&b.view),
-            Bind::View(&c.view),
-            Bind::View(&d.view),
-            Bind::View(&self.velocity.levels[0]),
-        ];
-        gpu.dispatch(pass, &shaders::FIELD_VELOCITY, &binds, [GRID; 2]);
+        let velocity = binds![&phases, a, b, c, d, &self.velocity.levels[0]];
         let length = gpu.uniform("step", &self.length(step, part));
-        let binds = [
-            Bind::Buffer(&length),
-            Bind::View(&self.velocity.view),
-            Bind::View(&before.view),
-            Bind::View(&after.levels[0]),
-        ];
-        gpu.dispatch(pass, &shaders::FIELD_DISPLACE, &binds, [GRID; 2]);
+        let displace = binds![&length, &self.velocity, before, &after.levels[0]];
+        [
+            Pass::new(&shaders::FIELD_VELOCITY, [GRID; 2], velocity),
+            Pass::new(&shaders::FIELD_DISPLACE, [GRID; 2], displace),
+        ]
     }
 }
 

@@ -3,7 +3,7 @@
 use super::transfer::{self, Distribution, calibrate};
 use super::{Field, bounds, count, find_bounds, read_bins};
 use crate::gpu::layout::{Blend, Cells, Histogram, Octaves, Transfer};
-use crate::gpu::{Bind, Gpu, GpuError, HostMap, Target, shaders};
+use crate::gpu::{Gpu, GpuError, HostMap, Pass, Target, binds, shaders};
 use crate::scene::quantity::Quantity as _;
 use crate::scene::{Pattern, Stratocumulus};
 use std::f64::consts::TAU;
@@ -108,13 +108,11 @@ impl Synthetic {
             gpu.texture("octaves", [width; 2], 4, 1)
         };
         let groups = [group(0), group(1), group(2)];
-        gpu.run("field_octaves", deadline, |pass| {
-            for (group, target) in filled.iter().zip(&groups) {
-                let uniform = gpu.uniform("octaves", group);
-                let binds = [Bind::Buffer(&uniform), Bind::View(&target.levels[0])];
-                gpu.dispatch(pass, &shaders::FIELD_OCTAVES, &binds, [group.width; 2]);
-            }
-        })?;
+        let pass = |(group, target): (&Octaves, &Target)| {
+            let binds = binds![&gpu.uniform("octaves", group), &target.levels[0]];
+            Pass::new(&shaders::FIELD_OCTAVES, [group.width; 2], binds)
+        };
+        gpu.run("field_octaves", deadline, &filled.iter().zip(&groups).map(pass).collect::<Vec<_>>())?;
         let mut synthetic = Self {
             wanted: *wanted,
             extent_m,
@@ -211,27 +209,17 @@ impl Synthetic {
         deadline: Option<Instant>,
     ) -> Result<(Field, Transfer), GpuError> {
         let size = [self.resolution; 2];
-        gpu.run("field_blend", deadline, |pass| {
-            if let Some(cells) = &moment.cells {
-                let uniform = gpu.uniform("cells", cells);
-                let binds = [Bind::Buffer(&uniform), Bind::View(&self.cells.levels[0])];
-                gpu.dispatch(pass, &shaders::FIELD_CELLS, &binds, [cells.width; 2]);
-            }
-            let uniform = gpu.uniform("blend", &moment.blend);
-            let [low, middle, high] = &self.groups;
-            let binds = [
-                Bind::Buffer(&uniform),
-                Bind::View(&displacement.view),
-                Bind::View(&low.view),
-                Bind::View(&middle.view),
-                Bind::View(&high.view),
-                Bind::View(&self.cells.view),
-                Bind::Sampler(&gpu.repeat),
-                Bind::Buffer(&self.gaussian),
-            ];
-            gpu.dispatch(pass, &shaders::FIELD_BLEND, &binds, size);
-            count(gpu, pass, &moment.histogram, &self.gaussian, bins);
-        })?;
+        let mut passes = Vec::new();
+        if let Some(cells) = &moment.cells {
+            let binds = binds![&gpu.uniform("cells", cells), &self.cells.levels[0]];
+            passes.push(Pass::new(&shaders::FIELD_CELLS, [cells.width; 2], binds));
+        }
+        let uniform = gpu.uniform("blend", &moment.blend);
+        let [low, middle, high] = &self.groups;
+        let binds = binds![&uniform, displacement, low, middle, high, &self.cells, &gpu.repeat, &self.gaussian];
+        passes.push(Pass::new(&shaders::FIELD_BLEND, size, binds));
+        passes.push(count(gpu, &moment.histogram, &self.gaussian, bins));
+        gpu.run("field_blend", deadline, &passes)?;
         // Coverage and mean are met on the very field that was made, not on a model of it.
         let counts = read_bins(gpu, bins, deadline)?;
         let distribution = Distribution { low: RANGE[0], width: (RANGE[1] - RANGE[0]) / transfer::BINS as f64, counts };
@@ -248,12 +236,9 @@ impl Synthetic {
         };
         let thickness = gpu.texture("thickness", size, 1, 1);
         let bounds = bounds(gpu, &thickness);
-        gpu.run("field_thickness", deadline, |pass| {
-            let uniform = gpu.uniform("transfer", &transfer);
-            let binds = [Bind::Buffer(&uniform), Bind::Buffer(&self.gaussian), Bind::View(&thickness.levels[0])];
-            gpu.dispatch(pass, &shaders::FIELD_THICKNESS, &binds, size);
-            find_bounds(gpu, pass, &thickness, &bounds);
-        })?;
+        let binds = binds![&gpu.uniform("transfer", &transfer), &self.gaussian, &thickness.levels[0]];
+        let passes = [Pass::new(&shaders::FIELD_THICKNESS, size, binds), find_bounds(&thickness, &bounds)];
+        gpu.run("field_thickness", deadline, &passes)?;
         // Rounding on the device can lift the thickest texel by a few units in the last place.
         let depth_m = (found.greatest_m * (1.0 + 1e-5)) as f32;
         let top_m = if moves && depth_m > 0.0 { transfer.clip_m } else { depth_m };

@@ -9,30 +9,58 @@ pub const MIN_COSINE: f32 = 1e-4;
 /// Squares between texel centres in a block of a thickness map whose bounds are known, a side.
 pub const BOUNDS_TEXELS: u32 = 8;
 
-/// One layer at one moment.
+/// The sun at one moment.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq, Default, Pod, Zeroable)]
-pub struct Frame {
-    /// Towards the sun; w: cosine for tables.
-    pub sun: [f32; 4],
-    /// Irradiance facing the sun; w: cosine of zenith, at least 0.
-    pub sun_light: [f32; 4],
-    /// Extinction per metre; w: 550 nm.
-    pub extinction: [f32; 4],
-    /// Part of extinction that takes light out of the 5-degree beam; w: 550 nm.
-    pub beam: [f32; 4],
-    /// Extinction of the medium without its forward peak, relative; w: 1 - asymmetry, that of transport, at 550 nm.
-    pub smooth_part: [f32; 4],
-    /// Single-scattering albedo of that medium.
-    pub smooth_albedo: [f32; 4],
+pub struct Sun {
+    /// Unit vector towards it: east, north, up.
+    pub towards: [f32; 3],
+    /// Cosine of its zenith, at least [`MIN_COSINE`]: of rays and tables.
+    pub slant_cosine: f32,
+    /// Irradiance facing it, 0 below the horizon.
+    pub irradiance: [f32; 3],
+    /// Cosine of its zenith, at least 0: 0 is night.
+    pub cosine: f32,
+    /// Of its disc, radians.
+    pub radius: f32,
+    /// Places on the disc that are looked at, 1 for a point.
+    pub discs: u32,
+    /// Unused.
+    pub spare: [u32; 2],
+}
+
+/// What a layer is made of: red, green and blue are 650, 550 and 450 nm.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, Pod, Zeroable)]
+pub struct Medium {
+    /// Per metre.
+    pub extinction: [f32; 3],
+    /// At 550 nm.
+    pub extinction_550: f32,
+    /// Part of extinction that takes light out of the 5-degree beam.
+    pub beam: [f32; 3],
+    /// At 550 nm.
+    pub beam_550: f32,
+    /// Extinction of the medium without its forward peak, relative.
+    pub smooth_part: [f32; 3],
+    /// 1 - asymmetry, that of transport, at 550 nm.
+    pub transport_550: f32,
+    /// Single-scattering albedo of the medium without its forward peak.
+    pub smooth_albedo: [f32; 3],
+    /// Unused.
+    pub spare: u32,
+}
+
+/// Where a layer lies, and its field in the domain.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, Pod, Zeroable)]
+pub struct Placement {
     /// Where the wind has carried the field.
     pub offset_uv: [f32; 2],
     /// From a ground point to where its sun ray crosses the layer's base.
     pub shift_uv: [f32; 2],
     /// From a point of the base to where its sun ray crosses the base of the layer above.
     pub above_uv: [f32; 2],
-    /// Where in a texel of the maps of sunlight thickness is looked at, from its middle, texels; and opposite.
-    pub sample_at: [f32; 2],
     /// Side of the domain.
     pub extent_m: f32,
     /// Height of the cloud base.
@@ -41,27 +69,51 @@ pub struct Frame {
     pub depth_m: f32,
     /// Cuts of a ray through the layer.
     pub max_steps: u32,
-    /// Of the maps of sunlight, a side.
+    /// Unused.
+    pub spare: [u32; 2],
+}
+
+/// A layer's maps of sunlight.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, Pod, Zeroable)]
+pub struct SunMaps {
+    /// Where in a texel of theirs thickness is looked at, from its middle, texels; and opposite.
+    pub sample_at: [f32; 2],
+    /// Texels a side.
     pub texels: u32,
     /// 1: each column is lit from straight above, as if its neighbours were like it; 2: light at the base is marched, but no
-    /// part of the top is in the shadow of another.
+    /// part of the top is in the shadow of another; 0: neither.
     pub columns: u32,
-    /// Places on the sun's disc that are looked at.
-    pub discs: u32,
-    /// Radius of the sun's disc, radians.
-    pub sun_radius: f32,
+}
+
+/// One layer at one moment.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, Pod, Zeroable)]
+pub struct Frame {
+    /// The sun.
+    pub sun: Sun,
+    /// What the layer is made of.
+    pub medium: Medium,
+    /// Where it lies.
+    pub place: Placement,
+    /// Its maps of sunlight.
+    pub maps: SunMaps,
 }
 
 /// One output texture, or a band of its rows.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq, Default, Pod, Zeroable)]
 pub struct View {
-    /// Towards the viewer of a parallel view; w: 1 for a perspective view.
-    pub towards: [f32; 4],
+    /// Towards the viewer of a parallel view.
+    pub towards: [f32; 3],
+    /// 1: the view of a viewer at `eye`.
+    pub perspective: u32,
     /// The viewer of a perspective view.
-    pub eye: [f32; 4],
-    /// Texels a side.
-    pub size: u32,
+    pub eye: [f32; 3],
+    /// Height of the plane that the texels lie in.
+    pub plane_m: f32,
+    /// Texels across and down.
+    pub size: [u32; 2],
     /// First row of the band.
     pub first_row: u32,
     /// Rows of the band.
@@ -72,8 +124,6 @@ pub struct View {
     pub part: u32,
     /// 1: light scattered by less than 5 degrees counts as beam.
     pub peak: u32,
-    /// Height of the plane that the texels lie in.
-    pub plane_m: f32,
     /// 1: nothing lies before the layer.
     pub first: u32,
 }
@@ -95,17 +145,13 @@ pub struct Blur {
 #[derive(Debug, Clone, Copy, PartialEq, Default, Pod, Zeroable)]
 pub struct Share {
     /// Brings the mean of light by entry to that of light along the ray.
-    pub entry_scale: [f32; 4],
-    /// Brings the mean of reflected light by entry to that along the ray.
-    pub reflect_scale: [f32; 4],
+    pub entry_scale: [f32; 3],
     /// Weight of diffuse light by entry.
     pub entry_weight: f32,
+    /// Brings the mean of reflected light by entry to that along the ray.
+    pub reflect_scale: [f32; 3],
     /// Unused.
-    pub spare_0: u32,
-    /// Unused.
-    pub spare_1: u32,
-    /// Unused.
-    pub spare_2: u32,
+    pub spare: u32,
 }
 
 /// What the texels of a radiance slice are multiplied by, per channel.
@@ -113,19 +159,19 @@ pub struct Share {
 #[derive(Debug, Clone, Copy, PartialEq, Default, Pod, Zeroable)]
 pub struct Remainder {
     /// Scaled optical depth per true one.
-    pub depth_scale: [f32; 4],
-    /// Albedo of single scattering at the scaled depth.
-    pub order1_albedo: [f32; 4],
-    /// Diffusion exponent per scaled depth.
-    pub decay: [f32; 4],
-    /// Depth added by extrapolation at both faces, scaled.
-    pub extrapolation: [f32; 4],
+    pub depth_scale: [f32; 3],
     /// Nodes of optical depth.
     pub depths: f32,
+    /// Albedo of single scattering at the scaled depth.
+    pub order1_albedo: [f32; 3],
     /// Nodes of view zenith.
     pub zeniths: f32,
+    /// Diffusion exponent per scaled depth.
+    pub decay: [f32; 3],
     /// Nodes of azimuth.
     pub azimuths: f32,
+    /// Depth added by extrapolation at both faces, scaled.
+    pub extrapolation: [f32; 3],
     /// Nodes of optical depth per octave.
     pub depths_per_octave: f32,
 }

@@ -22,10 +22,8 @@ pub struct HostMap {
 
 /// A compiled entry point.
 pub(crate) struct Kernel {
-    pipeline: wgpu::ComputePipeline,
-    layout: wgpu::BindGroupLayout,
-    workgroup: [u32; 3],
-    label: &'static str,
+    pub(super) pipeline: wgpu::ComputePipeline,
+    pub(super) layout: wgpu::BindGroupLayout,
 }
 
 /// Every kernel, by the name of its shader.
@@ -47,7 +45,7 @@ impl Kernels {
                 cache: None,
             });
             let layout = pipeline.get_bind_group_layout(0);
-            (shader.label, Kernel { pipeline, layout, workgroup: shader.workgroup, label: shader.label })
+            (shader.label, Kernel { pipeline, layout })
         };
         Self(shaders::ALL.iter().map(compile).collect())
     }
@@ -56,13 +54,6 @@ impl Kernels {
     pub(crate) fn get(&self, shader: &Shader) -> &Kernel {
         &self.0[shader.label]
     }
-}
-
-/// What is bound to a kernel, in the order of its `@binding` numbers.
-pub(crate) enum Bind<'a> {
-    Buffer(&'a wgpu::Buffer),
-    View(&'a wgpu::TextureView),
-    Sampler(&'a wgpu::Sampler),
 }
 
 /// A 2-D float texture with its views. Clones are the same texture.
@@ -247,36 +238,5 @@ impl Gpu {
             HostMap { width, height, channels: target.channels, data }
         });
         Ok(maps.collect())
-    }
-
-    /// Puts one dispatch into a pass, with as many workgroups as cover `size` invocations.
-    pub(crate) fn dispatch(
-        &self,
-        pass: &mut wgpu::ComputePass<'_>,
-        shader: &Shader,
-        binds: &[Bind<'_>],
-        size: [u32; 2],
-    ) {
-        let kernel = self.kernels.get(shader);
-        let entries: Vec<_> = (0..)
-            .zip(binds)
-            .map(|(binding, bind)| wgpu::BindGroupEntry {
-                binding,
-                resource: match bind {
-                    Bind::Buffer(buffer) => buffer.as_entire_binding(),
-                    Bind::View(view) => wgpu::BindingResource::TextureView(view),
-                    Bind::Sampler(sampler) => wgpu::BindingResource::Sampler(sampler),
-                },
-            })
-            .collect();
-        let group = self.device.create_bind_group(&wgpu::BindGroupDescriptor {
-            label: Some(kernel.label),
-            layout: &kernel.layout,
-            entries: &entries,
-        });
-        pass.set_pipeline(&kernel.pipeline);
-        pass.set_bind_group(0, &group, &[]);
-        let groups = [size[0].div_ceil(kernel.workgroup[0]), size[1].div_ceil(kernel.workgroup[1])];
-        pass.dispatch_workgroups(groups[0], groups[1], 1);
     }
 }

@@ -1,6 +1,6 @@
 //! A short test of the driver at start: what later passes rely on is tried once, and said aloud.
 
-use super::{Bind, Gpu, GpuError, shaders};
+use super::{Gpu, GpuError, Pass, binds, shaders};
 
 /// Iterations that the shader's loop is asked for. Mesa 22.3's software driver silently stops at 65,535.
 const ASKED_ITERATIONS: f32 = 200_000.0;
@@ -11,10 +11,8 @@ const WORST_ERROR: f32 = 4e-3;
 pub(super) fn run(gpu: &Gpu) -> Result<(), GpuError> {
     let pixels = gpu.texture_from("self-test", [2, 2], 1, &[0.0, 1.0, 2.0, 3.0]);
     let result = gpu.storage("self-test", 4);
-    gpu.run("self-test", None, |pass| {
-        let binds = [Bind::View(&pixels.view), Bind::Sampler(&gpu.repeat), Bind::Buffer(&result)];
-        gpu.dispatch(pass, &shaders::SELF_TEST, &binds, [1, 1]);
-    })?;
+    let binds = binds![&pixels, &gpu.repeat, &result];
+    gpu.run("self-test", None, &[Pass::new(&shaders::SELF_TEST, [1, 1], binds)])?;
     let found = gpu.read(&result, 4, None)?;
     // A quarter of a texel from the first centre in x: 3/4 of 0 and 1/4 of 1.
     for (name, found, expected) in [

@@ -21,6 +21,7 @@ const FILTERED: &str = wgsl!("shared/sampling_filtered");
 const LOADED: &str = wgsl!("shared/sampling_loaded");
 const NOISE: &str = wgsl!("shared/noise");
 const PATH: &str = wgsl!("shared/path");
+const PROJECTION: &str = wgsl!("shared/projection");
 const SLAB: &str = wgsl!("shared/slab");
 const SUN: &str = wgsl!("shared/sun");
 const CLOUD_VIEW: &str = wgsl!("shared/cloud");
@@ -70,6 +71,6 @@ shaders! {
     THICKNESS: "thickness", IMAGE, [];
     SHADOW: "shadow", IMAGE, [];
     IRRADIANCE: "irradiance", IMAGE, [];
-    CLOUD_ANALYTIC: "cloud_analytic", IMAGE, [PATH, SLAB, CLOUD_VIEW];
-    CLOUD_TABULATED: "cloud_tabulated", IMAGE, [PATH, SLAB, CLOUD_VIEW];
+    CLOUD_ANALYTIC: "cloud_analytic", IMAGE, [PROJECTION, PATH, SLAB, CLOUD_VIEW];
+    CLOUD_TABULATED: "cloud_tabulated", IMAGE, [PROJECTION, PATH, SLAB, CLOUD_VIEW];
 }

@@ -1,7 +1,7 @@
 //! Light between the layers and the ground, on the host: balances the maps of sunlight, adds the layers to one composite
 //! column, and exchanges its light with the ground's.
 
-use super::LightInputs;
+use super::inputs::LightInputs;
 use crate::exchange::stack::{Layer, LayerLight, Stack};
 use crate::exchange::{Kernel, Problem, Solver, exchange};
 use crate::gpu::layout::Share;
@@ -78,7 +78,7 @@ fn entry_weight(transport: Transport) -> f32 {
 /// slanted rays, which is.
 fn share(maps: &ColumnMaps, transport: Transport) -> Share {
     let sent_up = [&maps.beam, &maps.tilted, &maps.entered];
-    let scale = |values: [f64; 3]| [values[0] as f32, values[1] as f32, values[2] as f32, 0.0];
+    let scale = |values: [f64; 3]| values.map(|value| value as f32);
     Share {
         entry_scale: scale(colours(|c| ratio(mean(&maps.tilted, c), mean(&maps.entered, c)))),
         reflect_scale: scale(colours(|c| ratio(mean(sent_up[c], 3), mean(&maps.reflected, c)))),
@@ -108,18 +108,17 @@ fn radiating_height_m(columns: &[ColumnMaps], inputs: &LightInputs<'_>) -> f64 {
     for (maps, layer) in columns.iter().zip(inputs.layers) {
         let through = mean(&maps.through, 1);
         let share = left * (1.0 - through);
-        sum_m += share * f64::from(layer.frame.base_m);
+        sum_m += share * layer.base_m;
         met += share;
         left *= through;
     }
-    if met > 1e-6 { sum_m / met } else { inputs.layers[0].frame.base_m.into() }
+    if met > 1e-6 { sum_m / met } else { inputs.layers[0].base_m }
 }
 
 /// Solves light between the layers and the ground.
 pub(super) fn solve(columns: &[ColumnMaps], inputs: &LightInputs<'_>) -> Between {
     let side = inputs.grids.exchange_texels as usize;
-    let frame = inputs.layers[0].frame;
-    let sun: [f64; 3] = colours(|c| f64::from(frame.sun_light[c]) * f64::from(frame.sun_light[3]));
+    let sun = inputs.sun;
     let sky = inputs.sky.map(|radiance| PI * radiance);
     let shares: Vec<Share> = columns.iter().map(|maps| share(maps, inputs.transport)).collect();
     let rgb = |map: &[[f32; 4]], value: &dyn Fn(usize, &[f32; 4]) -> f64| -> Vec<[f32; 3]> {
@@ -147,7 +146,7 @@ pub(super) fn solve(columns: &[ColumnMaps], inputs: &LightInputs<'_>) -> Between
         .map(|[down, up, transmitted, not_reflected]| Layer { down, up, transmitted, not_reflected })
         .collect();
     let beam_at_base = rgb(&columns[0].beam, &|c, texel| sun[c] * f64::from(texel[c]));
-    let [shift_u, shift_v] = frame.shift_uv.map(f64::from);
+    let [shift_u, shift_v] = inputs.shift_uv;
     let centre = |i: usize| (i as f64 + 0.5) / side as f64;
     let beam: Vec<[f32; 3]> = (0..side * side)
         .map(|i| sample(&beam_at_base, side, centre(i % side) + shift_u, centre(i / side) + shift_v))
@@ -156,7 +155,7 @@ pub(super) fn solve(columns: &[ColumnMaps], inputs: &LightInputs<'_>) -> Between
     let stack = Stack::new(&layers, side * side, sky);
     let problem = Problem {
         side,
-        height_texels: radiating_height_m(columns, inputs) / f64::from(frame.extent_m) * side as f64,
+        height_texels: radiating_height_m(columns, inputs) / inputs.extent_m * side as f64,
         albedo: &albedo,
         beam: &beam,
         diffuse: stack.diffuse(),

@@ -99,11 +99,11 @@ impl Grids {
 }
 
 /// From a point on one plane to where its sun ray crosses another one `height_m` above it, as an offset on the map.
-pub(crate) fn shift_uv(sun: [f64; 3], height_m: f64, extent_m: f64) -> [f32; 2] {
+pub(crate) fn shift_uv(sun: [f64; 3], height_m: f64, extent_m: f64) -> [f64; 2] {
     let cosine = sun[2].max(f64::from(crate::gpu::layout::MIN_COSINE));
     let tiles = height_m / (cosine * extent_m);
     // Brought to one tile in f64: at grazing sun the offset is thousands of tiles.
-    [(tiles * sun[0]).rem_euclid(1.0) as f32, (-tiles * sun[1]).rem_euclid(1.0) as f32]
+    [(tiles * sun[0]).rem_euclid(1.0), (-tiles * sun[1]).rem_euclid(1.0)]
 }
 
 #[cfg(test)]

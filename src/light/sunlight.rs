@@ -2,9 +2,9 @@
 
 use super::between::ColumnMaps;
 use super::plan::Grids;
-use super::{LayerInputs, LightInputs};
+use super::inputs::{LayerInputs, LightInputs};
 use crate::gpu::layout::{Blur, Share};
-use crate::gpu::{Bind, Gpu, GpuError, HostMap, Target, shaders};
+use crate::gpu::{Gpu, GpuError, HostMap, Pass, Target, binds, shaders};
 use std::time::Instant;
 
 /// Maps of a layer's sunlight. Those with mip levels are means over coarser texels there.
@@ -70,77 +70,66 @@ pub fn blur(axis: [i32; 2], sigma_texels: f64) -> Blur {
 pub(crate) fn maps(gpu: &Gpu, inputs: &LightInputs<'_>, deadline: Option<Instant>) -> Result<Vec<SunMaps>, GpuError> {
     let open = gpu.texture_from("open sun", [1, 1], 4, &[1.0; 4]);
     let maps: Vec<SunMaps> = inputs.layers.iter().map(|_| SunMaps::new(gpu, inputs.grids)).collect();
-    gpu.run("sunlight", deadline, |pass| {
-        for (i, layer) in inputs.layers.iter().enumerate().rev() {
-            let above = maps.get(i + 1).map_or(&open, |above| &above.beam);
-            record(gpu, pass, layer, &maps[i], above, inputs.grids);
-        }
-    })?;
+    let mut all = Vec::new();
+    for (i, layer) in inputs.layers.iter().enumerate().rev() {
+        let above = maps.get(i + 1).map_or(&open, |above| &above.beam);
+        all.extend(passes(gpu, layer, &maps[i], above, inputs.grids));
+    }
+    gpu.run("sunlight", deadline, &all)?;
     Ok(maps)
 }
 
-fn record(
-    gpu: &Gpu,
-    pass: &mut wgpu::ComputePass<'_>,
-    layer: &LayerInputs<'_>,
-    maps: &SunMaps,
-    above: &Target,
-    grids: &Grids,
-) {
+fn passes(gpu: &Gpu, layer: &LayerInputs<'_>, maps: &SunMaps, above: &Target, grids: &Grids) -> Vec<Pass> {
     let size = [grids.sun_texels; 2];
-    let (thickness, bounds) = (&layer.field.thickness.view, &layer.field.bounds.view);
+    let (frame, tables) = (layer.frame, layer.tables);
+    let (thickness, bounds) = (&layer.field.thickness, &layer.field.bounds);
     let (repeat, clamp) = (&gpu.repeat, &gpu.clamp);
-    let binds = [
-        Bind::Buffer(layer.uniform),
-        Bind::View(thickness),
-        Bind::View(bounds),
-        Bind::Sampler(repeat),
-        Bind::View(&maps.entry.levels[0]),
-    ];
-    gpu.dispatch(pass, &shaders::SUN_ENTRY, &binds, size);
+    let mut passes = Vec::new();
+    let mut add = |shader, binds| passes.push(Pass::new(shader, size, binds));
+    add(&shaders::SUN_ENTRY, binds![frame, thickness, bounds, repeat, &maps.entry.levels[0]]);
     if layer.blur_texels >= LEAST_BLUR {
         for (axis, from, to) in [([1, 0], &maps.entry, &maps.half_blurred), ([0, 1], &maps.half_blurred, &maps.blurred)]
         {
             let uniform = gpu.uniform("blur", &blur(axis, layer.blur_texels));
-            let binds = [Bind::Buffer(&uniform), Bind::View(&from.view), Bind::View(&to.levels[0])];
-            gpu.dispatch(pass, &shaders::BLUR, &binds, size);
+            add(&shaders::BLUR, binds![&uniform, from, &to.levels[0]]);
         }
     }
-    let binds = [
-        Bind::Buffer(layer.uniform),
-        Bind::View(thickness),
-        Bind::View(bounds),
-        Bind::View(&layer.tables.transmittance.view),
-        Bind::View(&layer.tables.reflectance.view),
-        Bind::View(&maps.entry.view),
-        Bind::View(&maps.entering(layer.blur_texels).view),
-        Bind::View(&above.levels[0]),
-        Bind::Sampler(repeat),
-        Bind::Sampler(clamp),
-        Bind::View(&maps.beam.levels[0]),
-        Bind::View(&maps.tilted.levels[0]),
-        Bind::View(&maps.entered.levels[0]),
-        Bind::View(&maps.reflected.levels[0]),
+    let base_light = binds![
+        frame,
+        thickness,
+        bounds,
+        &tables.transmittance,
+        &tables.reflectance,
+        &maps.entry,
+        maps.entering(layer.blur_texels),
+        &above.levels[0],
+        repeat,
+        clamp,
+        &maps.beam.levels[0],
+        &maps.tilted.levels[0],
+        &maps.entered.levels[0],
+        &maps.reflected.levels[0],
     ];
-    gpu.dispatch(pass, &shaders::BASE_LIGHT, &binds, size);
-    let binds = [
-        Bind::Buffer(layer.uniform),
-        Bind::View(thickness),
-        Bind::View(&layer.tables.transmittance.view),
-        Bind::View(&layer.tables.diffuse.view),
-        Bind::Sampler(repeat),
-        Bind::Sampler(clamp),
-        Bind::View(&maps.column.levels[0]),
-        Bind::View(&maps.through.levels[0]),
-        Bind::View(&maps.not_reflected.levels[0]),
+    add(&shaders::BASE_LIGHT, base_light);
+    let base_column = binds![
+        frame,
+        thickness,
+        &tables.transmittance,
+        &tables.diffuse,
+        repeat,
+        clamp,
+        &maps.column.levels[0],
+        &maps.through.levels[0],
+        &maps.not_reflected.levels[0],
     ];
-    gpu.dispatch(pass, &shaders::BASE_COLUMN, &binds, size);
+    add(&shaders::BASE_COLUMN, base_column);
     for target in maps.averaged() {
         for level in 1..target.levels.len() {
-            let binds = [Bind::View(&target.levels[level - 1]), Bind::View(&target.levels[level])];
-            gpu.dispatch(pass, &shaders::DOWNSAMPLE, &binds, target.level_size(level));
+            let binds = binds![&target.levels[level - 1], &target.levels[level]];
+            passes.push(Pass::new(&shaders::DOWNSAMPLE, target.level_size(level), binds));
         }
     }
+    passes
 }
 
 /// The maps on the exchange grid.
@@ -190,25 +179,23 @@ pub(crate) fn shares(
     let size = [inputs.grids.sun_texels; 2];
     let targets: Vec<[Target; 2]> =
         maps.iter().map(|_| ["share_below", "share_above"].map(|label| gpu.texture(label, size, 4, 1))).collect();
-    gpu.run("sun_share", deadline, |pass| {
-        for (i, (layer, own)) in inputs.layers.iter().zip(maps).enumerate() {
-            let above = maps.get(i + 1).map_or(&open, |above| &above.beam);
-            let share = gpu.uniform("share", &shares[i]);
-            let binds = [
-                Bind::Buffer(layer.uniform),
-                Bind::Buffer(&share),
-                Bind::View(&own.beam.view),
-                Bind::View(&own.tilted.view),
-                Bind::View(&own.entered.view),
-                Bind::View(&own.column.view),
-                Bind::View(&own.reflected.view),
-                Bind::View(&above.levels[0]),
-                Bind::Sampler(&gpu.repeat),
-                Bind::View(&targets[i][0].levels[0]),
-                Bind::View(&targets[i][1].levels[0]),
-            ];
-            gpu.dispatch(pass, &shaders::SUN_SHARE, &binds, size);
-        }
-    })?;
+    let pass = |(i, (layer, own)): (usize, (&LayerInputs<'_>, &SunMaps))| {
+        let above = maps.get(i + 1).map_or(&open, |above| &above.beam);
+        let binds = binds![
+            layer.frame,
+            &gpu.uniform("share", &shares[i]),
+            &own.beam,
+            &own.tilted,
+            &own.entered,
+            &own.column,
+            &own.reflected,
+            &above.levels[0],
+            &gpu.repeat,
+            &targets[i][0].levels[0],
+            &targets[i][1].levels[0],
+        ];
+        Pass::new(&shaders::SUN_SHARE, size, binds)
+    };
+    gpu.run("sun_share", deadline, &inputs.layers.iter().zip(maps).enumerate().map(pass).collect::<Vec<_>>())?;
     Ok(targets)
 }

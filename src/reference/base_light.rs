@@ -47,31 +47,31 @@ pub(super) const SAMPLES: usize = 2;
 
 /// The places themselves.
 pub(super) fn samples(frame: &Frame, x: usize, y: usize) -> [DVec2; SAMPLES] {
-    let (middle, apart) = (texel_centre(x, y, frame.texels), vec2(frame.sample_at) / f64::from(frame.texels));
+    let (middle, apart) = (texel_centre(x, y, [frame.maps.texels; 2]), vec2(frame.maps.sample_at) / f64::from(frame.maps.texels));
     let apart = if (x + y) % 2 == 1 { apart.yx() } else { apart };
     [middle + apart, middle - apart]
 }
 
 /// The four maps.
 pub fn main(frame: &Frame, maps: &Maps<'_>) -> BaseLight {
-    let side = frame.texels as usize;
-    let (extinction, cosine) = (f64::from(frame.extinction[3]), f64::from(frame.sun[3]));
+    let side = frame.maps.texels as usize;
+    let (extinction, cosine) = (f64::from(frame.medium.extinction_550), f64::from(frame.sun.slant_cosine));
     let texel = |x: usize, y: usize| {
-        let centre = texel_centre(x, y, frame.texels);
-        let lit = rgb(maps.above.sample_periodic((centre + vec2(frame.above_uv)).to_array()));
+        let centre = texel_centre(x, y, [frame.maps.texels; 2]);
+        let lit = rgb(maps.above.sample_periodic((centre + vec2(frame.place.above_uv)).to_array()));
         let (at_place, around) = (maps.entry.texel(x, y)[0], maps.blurred.texel(x, y)[0]);
         let mut entering_sum = 0.0;
         let mut sums = [DVec3::ZERO; 5];
         for uv in samples(frame, x, y) {
-            let height_m = maps.thickness.sample_periodic((uv + vec2(frame.offset_uv)).to_array())[0];
+            let height_m = maps.thickness.sample_periodic((uv + vec2(frame.place.offset_uv)).to_array())[0];
             let column_m = height_m / cosine;
             // Light leaves a thin cloud where it came in.
-            let spread = -(-SPREADING * f64::from(frame.smooth_part[3]) * extinction * height_m).exp_m1();
+            let spread = -(-SPREADING * f64::from(frame.medium.transport_550) * extinction * height_m).exp_m1();
             let entering = at_place + (around - at_place) * spread;
             entering_sum += entering;
-            let path_m = match frame.columns {
+            let path_m = match frame.maps.columns {
                 1 => column_m,
-                _ => path_in_layer(maps.thickness, frame, uv, vec3(frame.sun)).length_m,
+                _ => path_in_layer(maps.thickness, frame, uv, vec3(frame.sun.towards)).length_m,
             };
             let reflectance = |path_m: f64| slab_reflectance(maps.reflectance, extinction * path_m * cosine, cosine);
             let through = |path_m: f64| sun_through(frame, maps.transmittance, path_m);

@@ -4,6 +4,7 @@
 use super::frame::{domain_uv, image, vec3};
 use super::map::{Map, rgb};
 use super::path::path_in_layer;
+use super::projection::{Ray, ray};
 use super::slab::{slab_reflectance, slab_transmittance};
 use crate::gpu::layout::{Frame, View};
 use glam::{DVec2, DVec3, dvec2};
@@ -46,19 +47,17 @@ pub struct ViewRay {
 /// The ray of the texel at `place` (0 to 1 from the north-west corner).
 pub fn view_ray(frame: &Frame, view: &View, thickness: &Map, place: DVec2) -> ViewRay {
     let from_above = view.from_above == 1;
-    let (extent_m, plane_m) = (f64::from(frame.extent_m), f64::from(view.plane_m));
-    let position = (dvec2(place.x - 0.5, 0.5 - place.y) * extent_m).extend(plane_m);
-    let to_eye = vec3(view.eye) - position;
-    let seen = if view.towards[3] > 0.5 { to_eye.normalize() } else { vec3(view.towards) };
+    let (extent_m, plane_m) = (f64::from(frame.place.extent_m), f64::from(view.plane_m));
+    let Ray { position, seen } = ray(view, extent_m, place);
     // The view ray, climbing through the layer.
     let up = if from_above { seen } else { -seen };
     let cosine = up.z.clamp(super::frame::MIN_COSINE, 1.0);
-    let sunk_m = f64::from(frame.base_m) - plane_m;
+    let sunk_m = f64::from(frame.place.base_m) - plane_m;
     let base_uv = domain_uv(position.truncate() + up.truncate() / cosine * sunk_m, extent_m);
     let path = path_in_layer(thickness, frame, base_uv, up);
     let climbed_m = if from_above { path.high_m } else { path.low_m } / cosine;
     let hit_uv = base_uv + dvec2(up.x, -up.y) * (climbed_m / extent_m);
-    let depth = f64::from(frame.extinction[3]) * path.length_m * cosine;
+    let depth = f64::from(frame.medium.extinction_550) * path.length_m * cosine;
     ViewRay { seen, hit_uv, cosine, path_m: path.length_m, depth, from_above }
 }
 
@@ -73,7 +72,7 @@ pub fn main(
 ) -> Vec<f64> {
     image(view, |place| {
         let ray = view_ray(frame, view, maps.thickness, place);
-        let extinction = f64::from(frame.extinction[3]);
+        let extinction = f64::from(frame.medium.extinction_550);
         let clear = (-extinction * ray.path_m).exp();
         let reflected = slab_reflectance(maps.reflectance, ray.depth, ray.cosine);
         let through = slab_transmittance(maps.transmittance, ray.depth, ray.cosine);
@@ -82,8 +81,8 @@ pub fn main(
         let (low, high) = (at(maps.from_below) / PI, at(maps.from_above) / PI);
         let mut light =
             if ray.from_above { high * reflected + low * transmitted } else { high * transmitted + low * reflected };
-        if frame.sun_light[3] > 0.0 {
-            light += vec3(frame.sun_light) * at(maps.sun_share) * sunlight(&ray, through);
+        if frame.sun.cosine > 0.0 {
+            light += vec3(frame.sun.irradiance) * at(maps.sun_share) * sunlight(&ray, through);
         }
         light.extend(-(-extinction * ray.path_m).exp_m1()).to_array()
     })

@@ -33,10 +33,10 @@ fn closure_row(maps: &Maps<'_>, row: usize, coordinate: f64) -> DVec3 {
 /// Scattered sunlight, per irradiance facing the sun.
 pub fn sunlight(frame: &Frame, maps: &Maps<'_>, ray: &ViewRay) -> DVec3 {
     // Photons travel along -sun and leave along seen: the angle between the two is that of scattering.
-    let half_sin = 0.5 * (ray.seen + vec3(frame.sun)).length();
-    let half_cos = 0.5 * (ray.seen - vec3(frame.sun)).length();
+    let half_sin = 0.5 * (ray.seen + vec3(frame.sun.towards)).length();
+    let half_cos = 0.5 * (ray.seen - vec3(frame.sun.towards)).length();
     let angle = phase_coordinate(half_sin, half_cos);
-    let albedo = vec3(frame.smooth_albedo);
+    let albedo = vec3(frame.medium.smooth_albedo);
     let once = albedo * rgb(maps.phase.sample_clamped([angle, 0.5 / PHASE_ROWS as f64]));
     let twice = albedo * albedo * rgb(maps.phase.sample_clamped([angle, 1.5 / PHASE_ROWS as f64]));
 
@@ -46,9 +46,9 @@ pub fn sunlight(frame: &Frame, maps: &Maps<'_>, ray: &ViewRay) -> DVec3 {
     let factor2 = closure_row(maps, first_row + 1, coordinate);
     let higher = closure_row(maps, first_row + 2, coordinate) * slab_thin_share(ray.depth);
 
-    let sun_cosine = f64::from(frame.sun[3]);
-    let extinction = vec3(frame.extinction);
-    let path_v = vec3(frame.smooth_part) * extinction * ray.path_m;
+    let sun_cosine = f64::from(frame.sun.slant_cosine);
+    let extinction = vec3(frame.medium.extinction);
+    let path_v = vec3(frame.medium.smooth_part) * extinction * ray.path_m;
     let path_l = path_v * (ray.cosine / sun_cosine);
     let each = |order: fn(f64, f64) -> f64| DVec3::from_array(std::array::from_fn(|i| order(path_l[i], path_v[i])));
     let order1 = each(if ray.from_above { slab_order1_reflected } else { slab_order1_transmitted });

@@ -55,7 +55,7 @@ fn slice_root(frame: &Frame, remainder: &Remainder, slice: &HostSlice, ray: &Vie
     let zenith = ray.seen.truncate().length().atan2(ray.cosine);
     let t = (zenith / LAST_ZENITH_DEG.to_radians()).min(1.0);
     let zenith_node = ((1.0 - DENSER) * t + DENSER * t.powi(12)) * f64::from(remainder.zeniths - 1.0);
-    let (sun, seen) = (vec3(frame.sun).truncate(), ray.seen.truncate());
+    let (sun, seen) = (vec3(frame.sun.towards).truncate(), ray.seen.truncate());
     let (along, across) = (-sun.dot(seen), sun.perp_dot(seen));
     let azimuth = if DVec2::new(along, across).abs().max_element() < 1e-9 { 0.0 } else { across.atan2(along).abs() };
     let azimuth_node = azimuth / PI * f64::from(remainder.azimuths - 1.0);
@@ -66,19 +66,19 @@ fn slice_root(frame: &Frame, remainder: &Remainder, slice: &HostSlice, ray: &Vie
 pub fn sunlight(frame: &Frame, maps: &Maps<'_>, ray: &ViewRay) -> DVec3 {
     let remainder = &maps.slice.remainder;
     // Photons travel along -sun and leave along seen: the angle between the two is that of scattering.
-    let half_sin = 0.5 * (ray.seen + vec3(frame.sun)).length();
-    let half_cos = 0.5 * (ray.seen - vec3(frame.sun)).length();
+    let half_sin = 0.5 * (ray.seen + vec3(frame.sun.towards)).length();
+    let half_cos = 0.5 * (ray.seen - vec3(frame.sun.towards)).length();
     let row = [phase_coordinate(half_sin, half_cos), 2.5 / PHASE_ROWS as f64];
     let once = vec3(remainder.order1_albedo) * rgb(maps.phase.sample_clamped(row));
     let root = slice_root(frame, remainder, maps.slice, ray);
 
     let least = LAST_ZENITH_DEG.to_radians().cos();
-    let sun = f64::from(frame.sun[3]);
+    let sun = f64::from(frame.sun.slant_cosine);
     let (view_cosine, sun_cosine) = (ray.cosine.max(least), sun.max(least));
     let grazing = 1.0 / view_cosine + 1.0 / sun_cosine;
     let channel = |i: usize| {
-        let constant = |values: [f32; 4]| f64::from(values[i]);
-        let path = f64::from(frame.extinction[i]) * ray.path_m;
+        let constant = |values: [f32; 3]| f64::from(values[i]);
+        let path = f64::from(frame.medium.extinction[i]) * ray.path_m;
         let depth = path * ray.cosine;
         let scaled = constant(remainder.depth_scale) * depth;
         let x = scaled * grazing;

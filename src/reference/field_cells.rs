@@ -11,7 +11,7 @@ pub fn main(cells: &Cells) -> Map {
     let width = cells.width as usize;
     debug_assert!(cells.coarser >= 0.0 && cells.finer >= 0.0 && cells.kind < 2, "{cells:?}");
     Map::from_fn(width, width, |x, y| {
-        let uv = texel_centre(x, y, cells.width);
+        let uv = texel_centre(x, y, [cells.width; 2]);
         let part = |weight: f32, count: u32| {
             if weight > 0.0 { f64::from(weight) * lattice(cells, uv, count as i32) } else { 0.0 }
         };

@@ -9,7 +9,7 @@ use crate::gpu::layout::Octaves;
 pub fn main(octaves: &Octaves) -> Map {
     let width = octaves.width as usize;
     Map::from_fn(width, width, |x, y| {
-        let uv = texel_centre(x, y, octaves.width);
+        let uv = texel_centre(x, y, [octaves.width; 2]);
         [0, 1, 2, 3].map(|i| {
             let octave = octaves.first + i;
             if octave >= octaves.count {

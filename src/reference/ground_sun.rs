@@ -18,9 +18,9 @@ pub struct GroundSun {
 
 /// Direction towards a place on the sun's disc: a spiral of equal areas (Vogel 1979); one place is the middle.
 fn disc_direction(frame: &Frame, i: u32) -> DVec3 {
-    let sun = vec3(frame.sun);
-    let part = if frame.discs > 1 { (f64::from(i) + 0.5) / f64::from(frame.discs) } else { 0.0 };
-    let radius = f64::from(frame.sun_radius) * part.sqrt();
+    let sun = vec3(frame.sun.towards);
+    let part = if frame.sun.discs > 1 { (f64::from(i) + 0.5) / f64::from(frame.sun.discs) } else { 0.0 };
+    let radius = f64::from(frame.sun.radius) * part.sqrt();
     let (sin, cos) = (2.399_963_2 * f64::from(i)).sin_cos();
     let flat = dvec2(-sun.y, sun.x);
     let side = if flat.length() < 1e-6 { DVec3::X } else { flat.normalize().extend(0.0) };
@@ -30,19 +30,19 @@ fn disc_direction(frame: &Frame, i: u32) -> DVec3 {
 /// What one layer leaves at a place on the ground.
 pub fn at(frame: &Frame, thickness: &Map, transmittance: &Map, uv: DVec2) -> GroundSun {
     let (mut beam, mut unscattered, mut count) = (DVec4::ZERO, DVec4::ZERO, 0.0);
-    let sun = vec3(frame.sun);
-    for i in 0..frame.discs {
+    let sun = vec3(frame.sun.towards);
+    for i in 0..frame.sun.discs {
         let towards = disc_direction(frame, i);
         if towards.z <= 0.0 && i > 0 {
             continue;
         }
-        let apart = towards.truncate() / towards.z.max(MIN_COSINE) - sun.truncate() / f64::from(frame.sun[3]);
-        let apart = apart * f64::from(frame.base_m / frame.extent_m);
-        let apart = if frame.discs > 1 { dvec2(apart.x, -apart.y) } else { DVec2::ZERO };
-        let base_uv = uv + vec2(frame.shift_uv) + apart;
+        let apart = towards.truncate() / towards.z.max(MIN_COSINE) - sun.truncate() / f64::from(frame.sun.slant_cosine);
+        let apart = apart * f64::from(frame.place.base_m / frame.place.extent_m);
+        let apart = if frame.sun.discs > 1 { dvec2(apart.x, -apart.y) } else { DVec2::ZERO };
+        let base_uv = uv + vec2(frame.place.shift_uv) + apart;
         let path_m = path_in_layer(thickness, frame, base_uv, towards).length_m;
-        let extinction = vec3(frame.extinction).extend(frame.extinction[3].into());
-        let at_550 = (-f64::from(frame.beam[3]) * extinction.w * path_m).exp();
+        let extinction = vec3(frame.medium.extinction).extend(frame.medium.extinction_550.into());
+        let at_550 = (-f64::from(frame.medium.beam_550) * extinction.w * path_m).exp();
         beam += sun_through(frame, transmittance, path_m).beam.extend(at_550);
         unscattered += (-extinction * path_m).map(f64::exp);
         count += 1.0;

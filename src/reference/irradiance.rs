@@ -9,7 +9,7 @@ use glam::DVec3;
 /// Irradiance of each texel, three colours, in units of the sun's irradiance. `gathered`: light of the cloud base on the
 /// ground.
 pub fn main(frame: &Frame, view: &View, ground_sun: &[GroundSun], gathered: &Map) -> Vec<f64> {
-    let horizontal = vec3(frame.sun_light) * f64::from(frame.sun_light[3]);
+    let horizontal = vec3(frame.sun.irradiance) * f64::from(frame.sun.cosine);
     let diffuse = image(view, |uv| rgb(gathered.sample_periodic(uv.to_array())).to_array());
     let texels = diffuse.chunks(3).zip(ground_sun);
     texels

@@ -25,9 +25,9 @@ pub fn path_in_layer(map: &Map, frame: &Frame, base_uv: DVec2, up: DVec3) -> Pat
 /// The same for a ray that starts `from_m` above the base, at `start_uv`.
 pub fn path_from(map: &Map, frame: &Frame, start_uv: DVec2, up: DVec3, from_m: f64) -> Path {
     let cosine = up.z.max(MIN_COSINE);
-    let (depth_m, max_steps) = (f64::from(frame.depth_m), f64::from(frame.max_steps));
-    let direction = dvec2(up.x, -up.y) / (cosine * f64::from(frame.extent_m));
-    let start = start_uv + vec2(frame.offset_uv);
+    let (depth_m, max_steps) = (f64::from(frame.place.depth_m), f64::from(frame.place.max_steps));
+    let direction = dvec2(up.x, -up.y) / (cosine * f64::from(frame.place.extent_m));
+    let start = start_uv + vec2(frame.place.offset_uv);
     let size = dvec2(map.width as f64, map.height as f64);
     let crossings = depth_m * direction.abs().dot(size);
     let uv_per_metre = direction / (crossings / max_steps).max(1.0);
@@ -44,7 +44,7 @@ pub fn path_from(map: &Map, frame: &Frame, start_uv: DVec2, up: DVec3, from_m: f
         |height_m: f64| map.sample_periodic((start + uv_per_metre * height_m).to_array())[0] - from_m - height_m;
     let (mut sum, mut height_m, mut above) = (0.0, 0.0, above_at(0.0));
     // Optical depth per metre of height; what is left of a view from below; weighted heights and weights.
-    let per_metre = f64::from(frame.extinction[3]) / cosine;
+    let per_metre = f64::from(frame.medium.extinction_550) / cosine;
     let (mut left, mut low, mut high) = (1.0, DVec2::ZERO, DVec2::ZERO);
     while height_m < way_m {
         let next_m = line.min_element().min(way_m);

@@ -17,8 +17,8 @@ pub struct SunThrough {
 
 /// What comes through `path_m` metres of cloud along the sun's ray.
 pub fn sun_through(frame: &Frame, transmittance: &Map, path_m: f64) -> SunThrough {
-    let (cosine, extinction) = (f64::from(frame.sun[3]), f64::from(frame.extinction[3]));
+    let (cosine, extinction) = (f64::from(frame.sun.slant_cosine), f64::from(frame.medium.extinction_550));
     let total = slab_transmittance(transmittance, extinction * path_m * cosine, cosine);
-    let beam = exp(-vec3(frame.beam) * vec3(frame.extinction) * path_m).min(total);
+    let beam = exp(-vec3(frame.medium.beam) * vec3(frame.medium.extinction) * path_m).min(total);
     SunThrough { total, beam }
 }

@@ -13,33 +13,33 @@ const MOST: f64 = 30.0;
 /// Irradiance of the cloud's top per horizontal irradiance above it, mean over each texel of the maps of sunlight, in the first
 /// channel.
 pub fn main(frame: &Frame, thickness: &Map) -> Map {
-    let side = frame.texels as usize;
+    let side = frame.maps.texels as usize;
     let texel = 0.5 / dvec2(thickness.width as f64, thickness.height as f64);
     let height_at = |place: DVec2| thickness.sample_periodic(place.to_array())[0];
     let sample = |uv: DVec2| {
-        let place = uv + vec2(frame.offset_uv);
+        let place = uv + vec2(frame.place.offset_uv);
         let height_m = height_at(place);
         if height_m <= 0.0 {
             return 0.0;
         }
-        if frame.columns == 1 {
+        if frame.maps.columns == 1 {
             return 1.0;
         }
         let (right, down) = (dvec2(texel.x, 0.0), dvec2(0.0, texel.y));
         let rise = dvec2(height_at(place + right) - height_at(place - right), {
             height_at(place - down) - height_at(place + down)
         });
-        let slope = rise / (2.0 * texel * f64::from(frame.extent_m));
-        let sun = vec3(frame.sun);
-        let facing = 1.0 - slope.dot(sun.truncate()) / f64::from(frame.sun[3]);
+        let slope = rise / (2.0 * texel * f64::from(frame.place.extent_m));
+        let sun = vec3(frame.sun.towards);
+        let facing = 1.0 - slope.dot(sun.truncate()) / f64::from(frame.sun.slant_cosine);
         if facing <= 0.0 {
             return 0.0;
         }
-        if frame.columns == 2 {
+        if frame.maps.columns == 2 {
             return facing.min(MOST);
         }
         let path = path_from(thickness, frame, uv, sun, height_m);
-        (-f64::from(frame.beam[3]) * f64::from(frame.extinction[3]) * path.length_m).exp() * facing.min(MOST)
+        (-f64::from(frame.medium.beam_550) * f64::from(frame.medium.extinction_550) * path.length_m).exp() * facing.min(MOST)
     };
     let mean = |x, y| samples(frame, x, y).map(sample).iter().sum::<f64>() / SAMPLES as f64;
     Map::from_fn(side, side, |x, y| [mean(x, y), 0.0, 0.0, 0.0])

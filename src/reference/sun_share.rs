@@ -24,14 +24,14 @@ pub struct Maps<'a> {
 
 /// Factors for the light seen from below and from above.
 pub fn main(frame: &Frame, share: &Share, maps: &Maps<'_>) -> [Map; 2] {
-    let side = frame.texels as usize;
+    let side = frame.maps.texels as usize;
     let below = Map::from_fn(side, side, |x, y| {
         let at = |map: &Map| rgb(map.texel(x, y));
         let diffuse = at(maps.tilted).lerp(vec3(share.entry_scale) * at(maps.entered), share.entry_weight.into());
         texel((at(maps.beam) + diffuse) / at(maps.column).max(DVec3::splat(1e-9)))
     });
     let above = Map::from_fn(side, side, |x, y| {
-        let place = texel_centre(x, y, frame.texels) + vec2(frame.above_uv);
+        let place = texel_centre(x, y, [frame.maps.texels; 2]) + vec2(frame.place.above_uv);
         let lit = rgb(maps.above.sample_periodic(place.to_array()));
         texel(lit * maps.reflected.texel(x, y)[3] * vec3(share.reflect_scale))
     });

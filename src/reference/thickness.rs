@@ -6,5 +6,5 @@ use crate::gpu::layout::{Frame, View};
 
 /// Thickness, metres, of each texel.
 pub fn main(frame: &Frame, view: &View, thickness: &Map) -> Vec<f64> {
-    image(view, |uv| [thickness.sample_periodic((uv + vec2(frame.offset_uv)).to_array())[0]])
+    image(view, |uv| [thickness.sample_periodic((uv + vec2(frame.place.offset_uv)).to_array())[0]])
 }

@@ -79,7 +79,7 @@ fn hazard_10_orders_add_up_to_one() {
                 at(low) + (at(low + 1) - at(low)) * (place - low as f64)
             };
             let forward = albedo * tables.phases[1].forward_fraction;
-            let sun = f64::from(stages.frame.sun[3]);
+            let sun = f64::from(stages.frame.sun.slant_cosine);
             let low = LowOrders {
                 totals: Totals::Exact(&tables.fluxes[1]),
                 albedo: (albedo - forward) / (1.0 - forward),

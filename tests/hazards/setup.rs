@@ -137,17 +137,17 @@ impl Seen {
     }
 
     fn cosines(&self) -> (f64, f64) {
-        (f64::from(self.stages.view.towards[2]).abs(), self.stages.frame.sun[3].into())
+        (f64::from(self.stages.view.towards[2]).abs(), self.stages.frame.sun.slant_cosine.into())
     }
 
     /// True vertical optical depth.
     pub(crate) fn depth(&self) -> f64 {
-        f64::from(self.stages.frame.extinction[3]) * f64::from(self.stages.thickness.data[0])
+        f64::from(self.stages.frame.medium.extinction_550) * f64::from(self.stages.thickness.data[0])
     }
 
     pub(crate) fn path(&self) -> Path {
         let (cosine, sun) = self.cosines();
-        let depth = f64::from(self.stages.frame.smooth_part[GREEN]) * self.depth();
+        let depth = f64::from(self.stages.frame.medium.smooth_part[GREEN]) * self.depth();
         let view = depth / cosine;
         Path { view, sun: depth / sun, shorter: depth / cosine.max(sun), gap: view * (sun - cosine).abs() / sun }
     }
@@ -186,7 +186,7 @@ impl Seen {
     pub(crate) fn expected(&self, orders: impl Fn(Path) -> [f64; 2]) -> Parts {
         let [order1, order2] = orders(self.path());
         let first_row = if self.is_from_above() { 0 } else { 3 };
-        let albedo = f64::from(self.stages.frame.smooth_albedo[GREEN]);
+        let albedo = f64::from(self.stages.frame.medium.smooth_albedo[GREEN]);
         Parts {
             order1: self.closure(first_row) * albedo * self.phase(0) * order1,
             order2: self.closure(first_row + 1) * albedo * albedo * self.phase(1) * order2,

@@ -1,17 +1,18 @@
-//! Method "reference" of the textures of light on the ground: Monte Carlo in three dimensions through the layers as they
-//! are, to compare the fast methods with on a scene of one's own. Texels are means, not samples at points.
+//! Light on the ground by Monte Carlo in three dimensions through the layers as they are. Texels are means, not samples at
+//! points.
 
-use super::frame::{Moment, ground_albedo};
-use super::{Job, RenderError, Watch};
+use super::Traced;
 use crate::gpu::HostMap;
+use crate::ground::GroundMap;
+use crate::job::{Job, RenderError, Watch};
+use crate::moment::Moment;
 use crate::reference::Map;
 use crate::reference::monte_carlo::field::{
     FieldProblem, FluxMap, Irradiance, Layer, RgbLayer, RgbScene, irradiance, trace,
 };
 use crate::reference::monte_carlo::{Effort, MAX_OPTICAL_DEPTH, MonteCarloError};
-use crate::request::{Component, TextureKind};
+use crate::request::Component;
 use crate::scene::FieldError;
-use crate::scene::quantity::Quantity as _;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 /// The standard error asked for in the mean over the texels, as a part of the request's tolerance.
@@ -20,18 +21,12 @@ const SHARE_OF_TOLERANCE: f64 = 0.5;
 /// light arrives, more of the error is left.
 const MOST_PHOTONS: f64 = 16.0;
 
-/// Texels and their standard errors, of as many channels.
-pub(super) struct Traced {
-    pub(super) data: Vec<f32>,
-    pub(super) standard_error: Vec<f32>,
-}
-
 /// Light on the ground at a moment: `thickness` are the maps of its layers.
-pub(super) fn trace_ground(
+pub(crate) fn trace_ground(
     job: &Job,
+    seed: u32,
     moment: &Moment,
     thickness: &[HostMap],
-    size: u32,
     watch: &Watch,
 ) -> Result<Traced, RenderError> {
     let thickness: Vec<Map> = thickness.iter().map(Map::from).collect();
@@ -40,29 +35,32 @@ pub(super) fn trace_ground(
         .layers
         .iter()
         .zip(&thickness)
-        .zip(job.scene.layers.iter().zip(&job.tables))
-        .map(|((at, thickness), (layer, tables))| RgbLayer {
-            base_m: layer.base_m.get(),
+        .zip(job.tables())
+        .map(|((layer, thickness), tables)| RgbLayer {
+            base_m: layer.base_m,
             thickness,
-            offset_uv: at.frame.offset_uv.map(f64::from),
-            extinction_per_m: at.extinction_per_m,
+            offset_uv: layer.offset_uv,
+            extinction_per_m: layer.extinction_per_m,
             albedo: tables.channels.each_ref().map(|channel| channel.albedo),
             phase: tables.channels.each_ref().map(|channel| &channel.phase),
         })
         .collect();
+    let ground = GroundMap::new(&job.scene().ground.albedo, job.images()).map_err(RenderError::MissingImage)?;
+    let light = &moment.illumination;
     let scene = RgbScene {
         layers: &layers,
-        ground_albedo: &ground_albedo(job)?,
-        extent_m: job.scene.extent_m(),
-        towards_sun: job.scene.sun_direction(),
-        sun_irradiance: job.scene.light.sun.map(|value| value.get()),
-        sky_radiance: job.scene.light.sky.map(|value| value.get()),
+        ground_albedo: &ground.exact(),
+        extent_m: moment.extent_m,
+        towards_sun: light.towards_sun,
+        sun_irradiance: light.beam,
+        sky_radiance: light.sky,
     };
-    let relative_error = SHARE_OF_TOLERANCE * job.request.tolerance;
+    let [size, _] = job.request().texels(job.scene());
+    let relative_error = SHARE_OF_TOLERANCE * job.plan().tolerance;
     let texels = f64::from(size) * f64::from(size);
     let effort = Effort {
         photons: (MOST_PHOTONS * texels / (relative_error * relative_error)).ceil() as u64,
-        seed: job.request.seed,
+        seed: seed.into(),
         relative_error,
         time_limit: None,
     };
@@ -74,13 +72,13 @@ pub(super) fn trace_ground(
             stop.store(true, Ordering::Release);
         }
     };
-    let found = match job.request.texture {
-        TextureKind::Shadow => beam(&scene, size as usize, &effort, &progress, &stop),
-        _ => {
-            let map = match job.request.component {
+    let found = match job.request().wanted.component() {
+        None => beam(&scene, size as usize, &effort, &progress, &stop),
+        Some(component) => {
+            let map = match component {
                 Component::Total => FluxMap::Ground,
-                Component::Direct => FluxMap::GroundDirect,
-                Component::Diffuse => FluxMap::GroundDiffuse,
+                Component::Direct { .. } => FluxMap::GroundDirect,
+                Component::Diffuse { .. } => FluxMap::GroundDiffuse,
             };
             let found = irradiance(&scene, map, size as usize, &effort, &progress, &stop);
             found.map(|Irradiance { values, standard_errors, .. }| Traced {
@@ -91,7 +89,7 @@ pub(super) fn trace_ground(
     };
     found.map_err(|error| match error {
         MonteCarloError::Cancelled => watch.look().err().unwrap_or(RenderError::Cancelled),
-        wrong => RenderError::Gpu(format!("method reference: {wrong}")),
+        wrong => RenderError::Traced(wrong),
     })
 }
 

@@ -1,0 +1,96 @@
+//! A texture to make, with everything that it takes. [`Job::prepare`] is the only way to one, so a job that exists can be
+//! rendered.
+
+mod contract;
+
+pub use contract::{Fault, RenderError, Texture, Watch};
+
+use crate::image::Image;
+use crate::plan::Plan;
+use crate::request::Request;
+use crate::scene::Scene;
+use crate::tables::{MixTables, TableLibrary};
+use std::collections::HashMap;
+use std::sync::Arc;
+
+/// Images by their SHA-256.
+pub type Images = HashMap<String, Arc<Image>>;
+
+/// One texture to make.
+#[derive(Debug, Clone)]
+pub struct Job {
+    scene: Arc<Scene>,
+    scene_id: String,
+    request: Request,
+    plan: Plan,
+    tables: Vec<Arc<MixTables>>,
+    images: Images,
+}
+
+impl Job {
+    /// Checks a request against its scene, plans it, and fetches the tables of the scene's droplet mixes, which takes seconds
+    /// for mixes that were never used before. `images` are those that the scene names; `progress` gets 0 to 1.
+    ///
+    /// # Errors
+    /// [`RenderError::Invalid`] where the request or an image does not fit the scene, [`RenderError::MissingImage`],
+    /// [`RenderError::Tables`].
+    pub fn prepare(
+        scene: Arc<Scene>,
+        request: Request,
+        images: &Images,
+        library: &TableLibrary,
+        progress: &(dyn Fn(f64) + Sync),
+    ) -> Result<Self, RenderError> {
+        let request = request.of(&scene).map_err(RenderError::Invalid)?;
+        let named = |sha256: String| match images.get(&sha256) {
+            Some(image) => Ok((sha256, Arc::clone(image))),
+            None => Err(RenderError::MissingImage(sha256)),
+        };
+        let references = scene.image_references();
+        let images = references.into_iter().map(|reference| named(reference.sha256)).collect::<Result<_, _>>()?;
+        let plan = Plan::new(&request);
+        let mixes = scene.mixes();
+        let tables = mixes.iter().enumerate().map(|(i, mix)| {
+            let part = |part: f64| progress((i as f64 + part) / mixes.len() as f64);
+            library.get(mix, plan.detail(), &part)
+        });
+        let tables = tables.collect::<Result<_, _>>()?;
+        let scene_id = scene.id();
+        Ok(Self { scene, scene_id, request, plan, tables, images })
+    }
+
+    /// The same at another time, s since the scene's start.
+    pub fn at(&self, time_s: f64) -> Self {
+        Self { request: Request { time_s, ..self.request }, ..self.clone() }
+    }
+
+    /// The scene.
+    pub fn scene(&self) -> &Arc<Scene> {
+        &self.scene
+    }
+
+    /// Its name, [`Scene::id`].
+    pub fn scene_id(&self) -> &str {
+        &self.scene_id
+    }
+
+    /// What is asked of it, in its normal form.
+    pub fn request(&self) -> &Request {
+        &self.request
+    }
+
+    /// How it is made.
+    pub fn plan(&self) -> &Plan {
+        &self.plan
+    }
+
+    /// Tables of the scene's mixes, one a layer, lowest first.
+    pub fn tables(&self) -> &[Arc<MixTables>] {
+        &self.tables
+    }
+
+    /// The images that the scene names.
+    pub fn images(&self) -> &Images {
+        &self.images
+    }
+}

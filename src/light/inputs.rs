@@ -1,0 +1,38 @@
+//! What the stage takes.
+
+use super::plan::Grids;
+use crate::field::Field;
+use crate::gpu::HostMap;
+use crate::request::Transport;
+use crate::slice::DeviceTables;
+
+/// A layer as the stage takes it.
+pub(crate) struct LayerInputs<'a> {
+    /// The layer's [`crate::gpu::layout::Frame`].
+    pub(crate) frame: &'a wgpu::Buffer,
+    pub(crate) base_m: f64,
+    pub(crate) field: &'a Field,
+    pub(crate) tables: &'a DeviceTables,
+    /// Spread of light between where it enters and where it leaves: standard deviation, texels of the maps of sunlight.
+    pub(crate) blur_texels: f64,
+}
+
+/// What the stage takes.
+pub(crate) struct LightInputs<'a> {
+    /// Lowest first, at least one.
+    pub(crate) layers: &'a [LayerInputs<'a>],
+    /// Horizontal irradiance of the sun above all layers.
+    pub(crate) sun: [f64; 3],
+    /// Radiance of the sky.
+    pub(crate) sky: [f64; 3],
+    /// Side of the domain.
+    pub(crate) extent_m: f64,
+    /// From a ground point to where its sun ray crosses the lowest base, domains.
+    pub(crate) shift_uv: [f64; 2],
+    pub(crate) grids: &'a Grids,
+    pub(crate) transport: Transport,
+    /// Of the ground, on the exchange grid.
+    pub(crate) albedo: &'a HostMap,
+    /// Relative change at which the exchange is taken as settled.
+    pub(crate) settled: f64,
+}

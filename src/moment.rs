@@ -1,0 +1,172 @@
+//! A scene at one moment: where things are and how they are lit, in numbers of double precision. [`crate::frame`] makes of it
+//! what the passes take; nothing comes back from there.
+
+use crate::field::{self, Field};
+use crate::gpu::layout::MIN_COSINE;
+use crate::ground;
+use crate::illumination::Illumination;
+use crate::job::Job;
+use crate::light::{Grids, LayerShape, SceneShape, grids, shift_uv};
+use crate::plan::Plan;
+use crate::projection::Side;
+use crate::scene::quantity::Quantity as _;
+use crate::slice::without_peak;
+use std::sync::Arc;
+
+/// Cuts of a ray through a layer, at most: with half as many other steps and 32 places on the sun's disc a march stays below
+/// the 65,535 iterations of an invocation at which a common software driver silently stops.
+const MAX_STEPS: u32 = 1024;
+/// Places on the sun's disc that are looked at for one texel of its shadow, where its penumbra is seen: fewer show as steps.
+const DISCS: [f64; 2] = [16.0, 32.0];
+
+/// A layer at a moment. Arrays are red, green, blue.
+#[derive(Debug, Clone)]
+pub(crate) struct LayerMoment {
+    pub(crate) base_m: f64,
+    /// Of the highest cloud at any time.
+    pub(crate) top_m: f64,
+    /// No cloud is thicker.
+    pub(crate) depth_m: f64,
+    pub(crate) extinction_per_m: [f64; 3],
+    /// Part of extinction that takes light out of the 5-degree beam.
+    pub(crate) beam: [f64; 3],
+    /// Extinction and single-scattering albedo of the medium without its forward peak, the former relative.
+    pub(crate) smooth_part: [f64; 3],
+    pub(crate) smooth_albedo: [f64; 3],
+    /// 1 - asymmetry at 550 nm.
+    pub(crate) transport_550: f64,
+    /// Where the mean wind has carried the map.
+    pub(crate) offset_uv: [f64; 2],
+    /// From a point of the ground, and of the base, to where its sun ray crosses this base and that of the layer above.
+    pub(crate) shift_uv: [f64; 2],
+    pub(crate) above_uv: [f64; 2],
+    /// Cuts of a ray.
+    pub(crate) max_steps: u32,
+    /// Places on the sun's disc that are looked at.
+    pub(crate) discs: u32,
+    /// Spread of light between where it enters and where it leaves: standard deviation, texels of the maps of sunlight.
+    pub(crate) blur_texels: f64,
+    /// Of the thickness map.
+    texel_m: f64,
+}
+
+/// A scene at a moment.
+#[derive(Debug, Clone)]
+pub(crate) struct Moment {
+    pub(crate) illumination: Illumination,
+    /// Lowest first, at least one.
+    pub(crate) layers: Vec<LayerMoment>,
+    pub(crate) plan: Plan,
+    pub(crate) grids: Grids,
+    pub(crate) extent_m: f64,
+    /// Heights of the lowest base and of the highest top.
+    base_m: f64,
+    top_m: f64,
+}
+
+fn r32(v: [f64; 2]) -> [f64; 2] {
+    v.map(|v| f64::from(v as f32))
+}
+
+/// Places on the sun's disc for a penumbra of so many texels: one where it is narrower than half a texel.
+fn discs(light: &Illumination, height_m: f64, texel_m: f64) -> u32 {
+    let cosine = light.cosine().max(0.01);
+    let texels = height_m * light.sun_diameter / (cosine * cosine) / texel_m;
+    if texels < 0.5 { 1 } else { (4.0 * texels).clamp(DISCS[0], DISCS[1]) as u32 }
+}
+
+/// A layer, and what the grids need of it.
+fn layer(job: &Job, number: usize, field: &Field, light: &Illumination) -> (LayerMoment, LayerShape) {
+    let (scene, tables) = (job.scene(), &job.tables()[number]);
+    let layer = &scene.layers[number];
+    let channels = &tables.channels;
+    let extinction_per_m = layer.droplets.extinction_per_m(channels.each_ref().map(|channel| channel.cross_section_um2));
+    let by_channel = |value: &dyn Fn(usize) -> f64| [value(0), value(1), value(2)];
+    let smooth = |c: usize| without_peak(&channels[c], &tables.phases[c]);
+    let (extent_m, base_m, depth_m) = (scene.extent_m(), layer.base_m.get(), f64::from(field.depth_m));
+    let above_m = scene.layers.get(number + 1).map(|above| above.base_m.get());
+    let sun = light.towards_sun;
+    let output_m = extent_m / f64::from(job.request().size.unwrap_or(scene.resolution()));
+    // Light by entry is a matter of the smooth remainder of all scattering: its length is that of transport.
+    let transport_550 = 1.0 - channels[1].asymmetry;
+    let transport_length_m = 1.0 / (extinction_per_m[1] * transport_550).max(1e-9);
+    let moment = LayerMoment {
+        base_m,
+        top_m: base_m + f64::from(field.top_m),
+        depth_m,
+        extinction_per_m,
+        beam: by_channel(&|c| 1.0 - channels[c].albedo * tables.phases[c].peak_fraction),
+        smooth_part: by_channel(&|c| smooth(c).0),
+        smooth_albedo: by_channel(&|c| smooth(c).1),
+        transport_550,
+        offset_uv: r32(field::offsets(layer, job.request().time_s, extent_m).read),
+        shift_uv: r32(shift_uv(sun, base_m, extent_m)),
+        above_uv: r32(above_m.map_or([0.0; 2], |above_m| shift_uv(sun, above_m - base_m, extent_m))),
+        max_steps: if field.is_uniform() { 1 } else { MAX_STEPS },
+        discs: discs(light, base_m + depth_m, output_m),
+        blur_texels: 0.0,
+        texel_m: extent_m / f64::from(field.thickness.width.max(field.thickness.height)),
+    };
+    (moment, LayerShape { transport_length_m, depth_m })
+}
+
+impl LayerMoment {
+    /// Cuts of a ray that climbs along `up`, at most.
+    fn cuts(&self, up: [f64; 3]) -> f64 {
+        let slope = up[0].hypot(up[1]) / up[2].abs().max(MIN_COSINE.into());
+        // A line between texels in each of two directions.
+        let lines = 1.5 * slope * self.depth_m / self.texel_m;
+        lines.clamp(1.0, self.max_steps.into())
+    }
+}
+
+impl Moment {
+    /// `fields` are those of the job's layers, of which there is at least one.
+    pub(crate) fn new(job: &Job, fields: &[Arc<Field>]) -> Self {
+        let (scene, plan) = (job.scene(), *job.plan());
+        let illumination = Illumination::new(scene, job.request().time_s);
+        let parts = fields.iter().enumerate().map(|(number, field)| layer(job, number, field, &illumination));
+        let (mut layers, shapes): (Vec<LayerMoment>, Vec<LayerShape>) = parts.unzip();
+        let sides = fields.iter().map(|field| field.thickness.width.max(field.thickness.height));
+        let (extent_m, base_m) = (scene.extent_m(), scene.base_m());
+        let shape = SceneShape {
+            extent_m,
+            base_m,
+            layers: &shapes,
+            thickness_texels: sides.max().unwrap_or(1),
+            albedo_texels: ground::texels_a_side(&scene.ground.albedo, job.images()),
+        };
+        let grids = grids(&shape, &plan);
+        for (layer, shape) in layers.iter_mut().zip(&shapes) {
+            layer.blur_texels = shape.spread_m() / extent_m * f64::from(grids.sun_texels);
+        }
+        let top_m = layers.iter().map(|layer| layer.top_m).fold(base_m, f64::max);
+        Self { illumination, layers, plan, grids, extent_m, base_m, top_m }
+    }
+
+    /// Cosine of the sun's zenith for rays and tables: one that lies at the horizon or below is taken as just above it.
+    pub(crate) fn slant_cosine(&self) -> f64 {
+        f64::from(self.illumination.cosine().max(MIN_COSINE.into()) as f32)
+    }
+
+    /// Height of the plane that texels lie in.
+    pub(crate) fn plane_m(&self, side: Side) -> f64 {
+        match side {
+            Side::Below => self.base_m,
+            Side::Above => self.top_m,
+        }
+    }
+
+    /// Cuts of a view ray through all layers together, at most; `towards` is the viewer of a parallel view: a perspective
+    /// view has all slopes.
+    pub(crate) fn view_cuts(&self, towards: Option<[f64; 3]>) -> f64 {
+        let cuts = |layer: &LayerMoment| towards.map_or(layer.max_steps.into(), |towards| layer.cuts(towards));
+        self.layers.iter().map(cuts).sum::<f64>().max(1.0)
+    }
+
+    /// The same of the rays that look for the sun from a texel of the ground.
+    pub(crate) fn sun_cuts(&self) -> f64 {
+        let cuts = |layer: &LayerMoment| f64::from(layer.discs) * layer.cuts(self.illumination.towards_sun);
+        self.layers.iter().map(cuts).sum::<f64>().max(1.0)
+    }
+}

@@ -1,0 +1,82 @@
+//! A texture as the bytes of a file that says what it is.
+
+use crate::encode::{self, Encoded, Metadata, Pixels};
+use crate::illumination::Illumination;
+use crate::job::{Job, RenderError, Texture};
+use crate::plan::expected_error;
+use crate::request::{Side, Viewer};
+
+/// The file of a rendered texture, in the format that its request names.
+///
+/// # Errors
+/// [`RenderError::Invalid`] where the file cannot hold the values; a texel that is not finite would be a fault of the
+/// renderer.
+pub fn encode(texture: &Texture, job: &Job) -> Result<Encoded, RenderError> {
+    let request = job.request();
+    let pixels = Pixels {
+        width: texture.width,
+        height: texture.height,
+        channels: texture.channels,
+        data: &texture.data,
+        errors: texture.standard_error.as_deref(),
+        alpha: request.output.linear().alpha,
+        // What lies outside 0 to 1 is noise.
+        fraction: matches!(request.wanted, crate::request::Wanted::Shadow(_)),
+    };
+    Ok(encode::encode(&pixels, &metadata(job, texture), &request.output, texture.white)?)
+}
+
+/// What a file says of itself besides its texels.
+fn metadata(job: &Job, texture: &Texture) -> Metadata {
+    let (scene, request) = (job.scene(), job.request());
+    let wanted = &request.wanted;
+    let plane = wanted.projection().map(|projection| projection.plane());
+    let (direction, eye) = match plane.map(|plane| plane.viewer) {
+        None => (None, None),
+        Some(Viewer::At(place)) => (None, Some(place)),
+        Some(Viewer::Parallel { zenith_deg, azimuth_deg }) => (Some([zenith_deg, azimuth_deg]), None),
+    };
+    Metadata {
+        texture: request.texture().name().to_owned(),
+        comments: request.texture().meaning().to_owned(),
+        unit: request.texture().unit().to_owned(),
+        scale: request.output.linear().scale,
+        component: wanted.component().map(|component| component.name().to_owned()),
+        peak: wanted.peak(),
+        view: plane.map(|plane| plane.side.name().to_owned()),
+        direction,
+        eye,
+        projection: Some(wanted.projection().map_or("plane", |projection| projection.name()).to_owned()),
+        layer: wanted.layer(),
+        expected_error: Some(expected_error(&job.plan().explain(scene, request))),
+        domain_extent_m: scene.extent_m(),
+        origin: [0.0, 0.0, texture.plane_m],
+        sun_direction: Illumination::new(scene, request.time_s).towards_sun,
+        base_height_m: scene.base_m(),
+        time_s: request.time_s,
+        axes: "enu".to_owned(),
+        scene: job.scene_id().to_owned(),
+        version: crate::VERSION.clone(),
+        adapter: None,
+        white_luminance: None,
+        // Maps repeat as the domain does.
+        periodic: wanted.projection().is_none_or(|projection| projection.is_periodic()),
+        place: None,
+    }
+}
+
+/// Whether a viewer at a place can see the plane that texels lie in; the error names the place.
+pub(super) fn check_eye(job: &Job, plane_of: impl Fn(Side) -> f64) -> Result<(), RenderError> {
+    let Some(plane) = job.request().wanted.projection().map(|projection| *projection.plane()) else { return Ok(()) };
+    let Viewer::At(place) = plane.viewer else { return Ok(()) };
+    let plane_m = plane_of(plane.side);
+    let (wrong_side, where_to) = match plane.side {
+        Side::Below => (place[2] >= plane_m, "below the cloud base"),
+        Side::Above => (place[2] <= plane_m, "above the highest cloud top"),
+    };
+    if wrong_side {
+        let detail = format!("z = {} m is not {where_to}, {plane_m} m", place[2]);
+        return Err(RenderError::Invalid(vec![crate::scene::FieldError { pointer: "eye".to_owned(), detail }]));
+    }
+    Ok(())
+}

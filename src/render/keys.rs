@@ -1,0 +1,128 @@
+//! What names the results that stay on the device between requests: each key holds all that its result depends on, and no
+//! more.
+
+use crate::field;
+use crate::job::Job;
+use crate::moment::{LayerMoment, Moment};
+use crate::plan::{SlabMethod, field_resolution};
+use crate::request::Transport;
+use crate::scene::quantity::Quantity as _;
+use crate::scene::{Thickness, Wind};
+use crate::tables::MixTables;
+
+/// What a layer's field is made from.
+#[derive(PartialEq)]
+pub(super) struct SourceKey {
+    extent_m: f64,
+    resolution: u32,
+    thickness: Thickness,
+    turbulence_m_s: f64,
+}
+
+/// A layer's field: one that nothing moves is the same at all times.
+#[derive(PartialEq, Clone)]
+pub(super) struct FieldKey {
+    extent_m: f64,
+    resolution: u32,
+    thickness: Thickness,
+    /// Wind and time, where eddies move the field.
+    moved: Option<(Wind, f64)>,
+}
+
+/// Fields of all layers and where the wind has carried them: a scene that nothing moves is the same at all times.
+#[derive(PartialEq, Clone)]
+pub(super) struct MomentKey {
+    scene: String,
+    layers: Vec<([f64; 2], FieldKey)>,
+}
+
+/// Tables of a droplet mix at its ratios of extinction.
+#[derive(PartialEq)]
+pub(super) struct MixKey {
+    mix: String,
+    red_to_green: f64,
+    blue_to_green: f64,
+}
+
+/// A method of slab light for a mix and a sun.
+#[derive(PartialEq)]
+pub(super) struct SlabKey {
+    mix: MixKey,
+    method: SlabMethod,
+    cosine: f64,
+}
+
+/// Light between cloud and ground.
+#[derive(PartialEq)]
+pub(super) struct LightKey {
+    moment: MomentKey,
+    transport: Transport,
+    /// Texels per transport length and per height of the base, change at which the exchange is settled.
+    fineness: [f64; 3],
+}
+
+/// The sun's beam on the ground, as the texels of a whole texture.
+#[derive(PartialEq)]
+pub(super) struct BeamKey {
+    moment: MomentKey,
+    size: [u32; 2],
+}
+
+impl SourceKey {
+    pub(super) fn new(job: &Job, number: usize) -> Self {
+        let layer = &job.scene().layers[number];
+        Self {
+            extent_m: job.scene().extent_m(),
+            resolution: field_resolution(job.scene(), job.request()),
+            thickness: layer.thickness.clone(),
+            turbulence_m_s: layer.wind.turbulence_m_s.get(),
+        }
+    }
+}
+
+impl FieldKey {
+    pub(super) fn new(job: &Job, number: usize) -> Self {
+        let layer = &job.scene().layers[number];
+        let moves = field::moves(&layer.thickness, &layer.wind);
+        let SourceKey { extent_m, resolution, thickness, .. } = SourceKey::new(job, number);
+        Self { extent_m, resolution, thickness, moved: moves.then_some((layer.wind, job.request().time_s)) }
+    }
+}
+
+impl MomentKey {
+    pub(super) fn new(job: &Job, moment: &Moment) -> Self {
+        let layers = moment.layers.iter().enumerate();
+        let layers = layers.map(|(number, layer)| (layer.offset_uv, FieldKey::new(job, number))).collect();
+        Self { scene: job.scene_id().to_owned(), layers }
+    }
+}
+
+impl MixKey {
+    pub(super) fn new(tables: &MixTables, layer: &LayerMoment) -> Self {
+        let [r, g, b] = layer.extinction_per_m;
+        Self { mix: tables.mix.key(), red_to_green: r / g, blue_to_green: b / g }
+    }
+}
+
+impl SlabKey {
+    pub(super) fn new(mix: MixKey, method: SlabMethod, cosine: f64) -> Self {
+        Self { mix, method, cosine }
+    }
+}
+
+impl LightKey {
+    pub(super) fn new(job: &Job, moment: &Moment) -> Self {
+        let plan = &moment.plan;
+        Self {
+            moment: MomentKey::new(job, moment),
+            transport: plan.transport,
+            fineness: [plan.texels_per_length, plan.texels_per_height, plan.exchange_change],
+        }
+    }
+}
+
+impl BeamKey {
+    pub(super) fn new(job: &Job, moment: &Moment, size: [u32; 2]) -> Self {
+        Self { moment: MomentKey::new(job, moment), size }
+    }
+}

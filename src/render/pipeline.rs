@@ -1,0 +1,370 @@
+//! The stages in order, and what of them stays on the device between requests. Every texture goes this one way; tests look at
+//! the same run.
+
+use super::file::check_eye;
+use super::keys::{BeamKey, FieldKey, LightKey, MixKey, SlabKey, SourceKey};
+use super::kept::Kept;
+use crate::field::{self, Field, Source};
+use crate::frame;
+use crate::gpu::layout::{Frame, View};
+use crate::gpu::{Gpu, HostMap};
+use crate::ground::GroundMap;
+use crate::job::{Job, RenderError, Watch};
+use crate::light::{self, Light, LightInputs, Lit};
+use crate::moment::Moment;
+use crate::plan::{SlabMethod, field_resolution};
+use crate::request::{Projection, Side, TextureKind};
+use crate::scene::Thickness;
+use crate::shade::{self, GroundSun, SlabLight};
+use crate::slice::{DeviceTables, HostTables};
+use crate::traced::{self, Traced};
+use std::sync::{Arc, Mutex, PoisonError};
+use std::time::{Duration, Instant};
+
+/// Scenes, suns and moments whose results stay on the device.
+const KEPT: usize = 8;
+/// What moving fields are made from, which for the finest takes most of a gigabyte each: one scene of four layers.
+const KEPT_SOURCES: usize = 4;
+/// The same of the sun's beam on the ground, 16 MiB at most each: shadow and irradiance of a moment follow one another.
+const KEPT_BEAMS: usize = 4;
+
+/// Tables of a droplet mix, as textures.
+#[derive(Clone)]
+pub(super) struct Tables {
+    pub(super) host: Arc<HostTables>,
+    pub(super) device: Arc<DeviceTables>,
+}
+
+/// A device, and what is kept on it.
+pub(super) struct Pipeline {
+    pub(super) gpu: Gpu,
+    tables: Kept<MixKey, Tables>,
+    sources: Kept<SourceKey, Arc<Mutex<Source>>>,
+    fields: Kept<FieldKey, Arc<Field>>,
+    slabs: Kept<SlabKey, SlabLight>,
+    lights: Kept<LightKey, Arc<Light>>,
+    beams: Kept<BeamKey, Arc<GroundSun>>,
+}
+
+/// What a run leaves behind: its texels, and the stages that led to them.
+pub(super) struct Run {
+    pub(super) texels: Texels,
+    pub(super) fields: Vec<Arc<Field>>,
+    pub(super) moment: Moment,
+    pub(super) frames: Vec<Frame>,
+    pub(super) view: View,
+    /// One a layer, where they were needed.
+    pub(super) tables: Vec<Tables>,
+    /// The light with what lies between its passes, where that was to be kept.
+    pub(super) lit: Option<Lit>,
+}
+
+/// Texels before what a request asks of finished ones.
+pub(super) struct Texels {
+    pub(super) data: Vec<f32>,
+    pub(super) standard_error: Option<Vec<f32>>,
+}
+
+impl From<Traced> for Texels {
+    fn from(traced: Traced) -> Self {
+        Self { data: traced.data, standard_error: Some(traced.standard_error) }
+    }
+}
+
+/// Whether the results of all stages are wanted, or only what the texture takes.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(super) enum Keep {
+    Texels,
+    Stages,
+}
+
+/// What the shading of all bands of a texture takes.
+struct Shading<'a> {
+    job: &'a Job,
+    moment: &'a Moment,
+    inputs: shade::Inputs<'a>,
+    view: &'a View,
+    watch: &'a Watch,
+}
+
+/// Stage times.
+#[derive(Default)]
+pub(super) struct Clock {
+    pub(super) timings: Vec<(&'static str, Duration)>,
+}
+
+impl Clock {
+    fn time<T, E>(&mut self, stage: &'static str, work: impl FnOnce() -> Result<T, E>) -> Result<T, E> {
+        let start = Instant::now();
+        let result = work()?;
+        self.timings.push((stage, start.elapsed()));
+        Ok(result)
+    }
+}
+
+/// Layers that a texture shows, in the order in which they are drawn: from the viewer on.
+pub(super) fn drawn(job: &Job) -> Vec<usize> {
+    let wanted = &job.request().wanted;
+    let mut layers: Vec<usize> = match wanted.layer() {
+        Some(layer) => vec![layer as usize],
+        None => (0..job.scene().layer_count()).collect(),
+    };
+    if wanted.projection().is_some_and(|Projection::Plane(plane)| plane.side == Side::Above) {
+        layers.reverse();
+    }
+    layers
+}
+
+impl Pipeline {
+    pub(super) fn new(gpu: Gpu) -> Self {
+        Self {
+            gpu,
+            tables: Kept::new(KEPT),
+            sources: Kept::new(KEPT_SOURCES),
+            fields: Kept::new(KEPT),
+            slabs: Kept::new(KEPT),
+            lights: Kept::new(KEPT),
+            beams: Kept::new(KEPT_BEAMS),
+        }
+    }
+
+    /// Makes the texels of a job whose scene has clouds.
+    pub(super) fn run(
+        &mut self,
+        job: &Job,
+        watch: &Watch,
+        keep: Keep,
+        clock: &mut Clock,
+    ) -> Result<Run, RenderError> {
+        watch.look()?;
+        let (request, kind, all) = (job.request(), job.request().texture(), keep == Keep::Stages);
+        let fields = clock.time("field", || self.fields(job, watch))?;
+        let moment = Moment::new(job, &fields);
+        check_eye(job, |side| moment.plane_m(side))?;
+        let size = request.texels(job.scene());
+        let view = frame::view(&moment, &request.wanted, size);
+        let frames: Vec<Frame> = (0..moment.layers.len()).map(|number| frame::frame(&moment, number)).collect();
+        let mut run = Run {
+            texels: Texels { data: Vec::new(), standard_error: None },
+            fields,
+            moment,
+            frames,
+            view,
+            tables: Vec::new(),
+            lit: None,
+        };
+        let (fields, moment) = (&run.fields, &run.moment);
+        let reference = moment.plan.reference;
+        if let (Some(reference), true) = (reference, shade::is_on_the_ground(kind)) {
+            let thickness = fields.iter().map(|field| self.thickness(field, watch)).collect::<Result<Vec<_>, _>>()?;
+            let trace = || traced::trace_ground(job, reference.seed, moment, &thickness, watch);
+            run.texels = clock.time("reference", trace)?.into();
+            return Ok(run);
+        }
+        watch.look()?;
+        if kind != TextureKind::Thickness || all {
+            run.tables = clock.time("tables", || Ok::<_, RenderError>(self.tables(job, moment)))?;
+        }
+        let uniforms = |frames: &mut dyn Iterator<Item = Frame>| -> Vec<wgpu::Buffer> {
+            frames.map(|frame| self.gpu.uniform("frame", &frame)).collect()
+        };
+        let lit_by = uniforms(&mut run.frames.iter().copied());
+        // Monte Carlo adds the sun's light to texels that were shaded without it.
+        let seen_by = match reference {
+            Some(_) => uniforms(&mut run.frames.iter().map(frame::sunless)),
+            None => lit_by.clone(),
+        };
+        let mut light = None;
+        if matches!(kind, TextureKind::Cloud | TextureKind::Irradiance) || all {
+            let make = || self.light(job, watch, &run, &lit_by, keep);
+            let (made, lit) = clock.time("light", make)?;
+            light = Some(made);
+            run.lit = lit;
+        }
+        let slabs = match run.moment.plan.slab {
+            Some(slab) => clock.time("slice", || Ok::<_, RenderError>(self.slabs(job, &run, slab)))?,
+            None => Vec::new(),
+        };
+        let layer = |number: usize| shade::LayerInputs {
+            frame: &seen_by[number],
+            field: &run.fields[number],
+            tables: run.tables.get(number).map(|tables| &*tables.device),
+            method: slabs.get(number),
+            light: light.as_deref().and_then(|light| light.layers.get(number)),
+        };
+        let inputs = shade::Inputs {
+            layers: drawn(job).into_iter().map(layer).collect(),
+            gathered: light.as_deref().map(|light| &light.gathered),
+        };
+        let shading = Shading { job, moment: &run.moment, inputs, view: &run.view, watch };
+        let mut data = clock.time("shade", || bands(&self.gpu, &mut self.beams, &shading))?;
+        let mut standard_error = None;
+        if let Some(reference) = reference.filter(|_| kind == TextureKind::Cloud) {
+            let thickness = self.thickness(&run.fields[0], watch)?;
+            let trace = || {
+                traced::add_sunlight(job, reference.seed, &run.frames[0], &run.view, &thickness, &mut data, watch)
+            };
+            standard_error = Some(clock.time("reference", trace)?);
+        }
+        run.texels = Texels { data, standard_error };
+        Ok(run)
+    }
+
+    fn thickness(&self, field: &Field, watch: &Watch) -> Result<HostMap, RenderError> {
+        Ok(self.gpu.read_map(&field.thickness, 0, watch.deadline)?)
+    }
+
+    /// The fields of all layers, lowest first.
+    fn fields(&mut self, job: &Job, watch: &Watch) -> Result<Vec<Arc<Field>>, RenderError> {
+        let (scene, time_s) = (job.scene(), job.request().time_s);
+        let make = |number: usize| {
+            self.fields.get_or(FieldKey::new(job, number), || {
+                let source = source(&self.gpu, &mut self.sources, job, number, watch)?;
+                let mut source = source.lock().unwrap_or_else(PoisonError::into_inner);
+                let offsets = field::offsets(&scene.layers[number], time_s, scene.extent_m());
+                Ok(Arc::new(source.at(&self.gpu, time_s, offsets.made, watch.deadline)?))
+            })
+        };
+        (0..scene.layer_count()).map(make).collect()
+    }
+
+    /// What a layer's field is made from.
+    pub(super) fn source(
+        &mut self,
+        job: &Job,
+        number: usize,
+        watch: &Watch,
+    ) -> Result<Arc<Mutex<Source>>, RenderError> {
+        source(&self.gpu, &mut self.sources, job, number, watch)
+    }
+
+    fn tables(&mut self, job: &Job, moment: &Moment) -> Vec<Tables> {
+        let layers = moment.layers.iter().zip(job.tables());
+        let make = layers.map(|(layer, tables)| {
+            self.tables.get_or_make(MixKey::new(tables, layer), || {
+                let host = HostTables::new(tables, layer.extinction_per_m);
+                let device = Arc::new(DeviceTables::new(&self.gpu, &host));
+                Tables { host: Arc::new(host), device }
+            })
+        });
+        make.collect()
+    }
+
+    /// What a method needs for this sun, of each layer.
+    fn slabs(&mut self, job: &Job, run: &Run, method: SlabMethod) -> Vec<SlabLight> {
+        let cosine = run.moment.slant_cosine();
+        let layers = run.moment.layers.iter().zip(job.tables()).zip(&run.tables);
+        let make = layers.map(|((layer, mix), tables)| {
+            let key = SlabKey::new(MixKey::new(mix, layer), method, cosine);
+            self.slabs.get_or_make(key, || SlabLight::make(&self.gpu, method, mix, tables.host.ratio, cosine))
+        });
+        make.collect()
+    }
+
+    /// Light at the run's moment, and what lies between its passes if that is to be kept.
+    fn light(
+        &mut self,
+        job: &Job,
+        watch: &Watch,
+        run: &Run,
+        frames: &[wgpu::Buffer],
+        keep: Keep,
+    ) -> Result<(Arc<Light>, Option<Lit>), RenderError> {
+        match keep {
+            Keep::Texels => {
+                let key = LightKey::new(job, &run.moment);
+                let make = || Ok::<_, RenderError>(lit(&self.gpu, job, watch, run, frames)?.light);
+                let light = self.lights.get_or(key, make)?;
+                Ok::<_, RenderError>((light, None))
+            }
+            Keep::Stages => {
+                let lit = lit(&self.gpu, job, watch, run, frames)?;
+                Ok((Arc::clone(&lit.light), Some(lit)))
+            }
+        }
+    }
+}
+
+/// The light of a moment, and what lies on the way to it.
+fn lit(gpu: &Gpu, job: &Job, watch: &Watch, run: &Run, frames: &[wgpu::Buffer]) -> Result<Lit, RenderError> {
+    let moment = &run.moment;
+    let layer = |number: usize| light::LayerInputs {
+        frame: &frames[number],
+        base_m: moment.layers[number].base_m,
+        field: &run.fields[number],
+        tables: &run.tables[number].device,
+        blur_texels: moment.layers[number].blur_texels,
+    };
+    let layers: Vec<_> = (0..moment.layers.len()).map(layer).collect();
+    let ground = GroundMap::new(&job.scene().ground.albedo, job.images()).map_err(RenderError::MissingImage)?;
+    let inputs = LightInputs {
+        layers: &layers,
+        sun: moment.illumination.beam.map(|b| f64::from(b as f32) * f64::from(moment.illumination.cosine() as f32)),
+        sky: moment.illumination.sky,
+        extent_m: moment.extent_m,
+        shift_uv: moment.layers[0].shift_uv,
+        grids: &moment.grids,
+        transport: moment.plan.transport,
+        albedo: &ground.means(moment.grids.exchange_texels),
+        settled: moment.plan.exchange_change,
+    };
+    Ok(light::light(gpu, &inputs, watch.deadline)?)
+}
+
+/// Shades a texture in bands, so that a request can be dropped between them.
+fn bands(
+    gpu: &Gpu,
+    beams: &mut Kept<BeamKey, Arc<GroundSun>>,
+    shading: &Shading<'_>,
+) -> Result<Vec<f32>, RenderError> {
+    let Shading { job, moment, inputs, view, watch } = shading;
+    let (kind, wanted) = (job.request().texture(), &job.request().wanted);
+    let cuts = match kind {
+        TextureKind::Thickness => 1.0,
+        TextureKind::Shadow | TextureKind::Irradiance => moment.sun_cuts(),
+        TextureKind::Cloud => moment.view_cuts(wanted.projection().and_then(|projection| projection.plane().towards())),
+    };
+    let [across, down] = view.size;
+    let rows = shade::band_rows(view.size, cuts);
+    let mut data = Vec::with_capacity(across as usize * down as usize * kind.channels().len());
+    for first_row in (0..down).step_by(rows as usize) {
+        watch.look()?;
+        let band = View { first_row, rows: rows.min(down - first_row), ..**view };
+        let make = || Ok::<_, RenderError>(Arc::new(shade::ground_sun(gpu, inputs, &band, watch.deadline)?));
+        let sun = match shade::is_on_the_ground(kind) {
+            // Bands of larger textures would only push each other out.
+            true if rows == down => Some(beams.get_or(BeamKey::new(job, moment, view.size), make)?),
+            true => Some(make()?),
+            false => None,
+        };
+        data.extend(shade::band(gpu, kind, inputs, sun.as_deref(), &band, watch.deadline)?);
+    }
+    Ok(data)
+}
+
+/// What a layer's field is made from. Kept only where the field moves: a still one is made once.
+fn source(
+    gpu: &Gpu,
+    kept: &mut Kept<SourceKey, Arc<Mutex<Source>>>,
+    job: &Job,
+    number: usize,
+    watch: &Watch,
+) -> Result<Arc<Mutex<Source>>, RenderError> {
+    let layer = &job.scene().layers[number];
+    let make = || {
+        let image = match &layer.thickness {
+            Thickness::Map { image, .. } => {
+                let found = job.images().get(&image.0);
+                Some(&**found.ok_or_else(|| RenderError::MissingImage(image.0.clone()))?)
+            }
+            Thickness::Uniform(_) | Thickness::Stratocumulus(_) => None,
+        };
+        let resolution = field_resolution(job.scene(), job.request());
+        let source = Source::new(gpu, layer, resolution, job.scene().extent_m(), image, watch.deadline)?;
+        Ok(Arc::new(Mutex::new(source)))
+    };
+    match field::moves(&layer.thickness, &layer.wind) {
+        true => kept.get_or(SourceKey::new(job, number), make),
+        false => make(),
+    }
+}

@@ -1,0 +1,135 @@
+//! Every stage's input and output for one request: what tests compare with the twins in `reference`.
+
+use super::pipeline::{Pipeline, Run};
+use crate::exchange::stack::LayerLight;
+use crate::field::{self, FieldStages};
+use crate::gpu::layout::{Frame, Share, View};
+use crate::gpu::{HostMap, PassRecord, Target};
+use crate::job::{Job, RenderError, Watch};
+use crate::light::{ColumnMaps, Energy};
+use crate::slice::{self, HostSlice, HostTables};
+use std::sync::{Arc, PoisonError};
+
+/// Results of the stages of one layer: the request's, or the lowest.
+#[derive(Debug, Clone)]
+pub struct Stages {
+    /// The layer at the moment.
+    pub frame: Frame,
+    /// The passes that made the thickness, if any did.
+    pub field: Option<FieldStages>,
+    /// Thickness, metres.
+    pub thickness: HostMap,
+    /// Least and greatest thickness of blocks of texels, metres.
+    pub bounds: HostMap,
+    /// How far entering light is blurred: standard deviation, texels of the maps of sunlight.
+    pub blur_texels: f64,
+    /// Irradiance of the cloud's top, relative.
+    pub entry: HostMap,
+    /// The same as light by entry takes it: blurred, where that is not narrower than a texel.
+    pub entering: HostMap,
+    /// Beam that the layer above leaves at its base; one texel under the open sun.
+    pub above: HostMap,
+    /// Beam at the base; fourth channel: red light sent up along slanted rays.
+    pub beam: HostMap,
+    /// Diffuse light at the base along slanted rays; fourth channel: green light sent up.
+    pub tilted: HostMap,
+    /// Diffuse light at the base by entry; fourth channel: blue light sent up.
+    pub entered: HostMap,
+    /// Light sent up by entry; fourth channel: what enters, relative.
+    pub reflected: HostMap,
+    /// Transmitted part of the sun's light by columns.
+    pub column: HostMap,
+    /// Transmitted part of even light.
+    pub through: HostMap,
+    /// Part of even light that the cloud does not send back.
+    pub not_reflected: HostMap,
+    /// Those of all layers that the host took, on the exchange grid, lowest first.
+    pub columns: Vec<ColumnMaps>,
+    /// How the maps are put together.
+    pub share: Share,
+    /// The sun's light relative to a slab's under the open sun, seen from below and from above.
+    pub shares: [HostMap; 2],
+    /// Albedo of the ground on the exchange grid.
+    pub albedo: HostMap,
+    /// Light that arrives at the layer but for the sun's.
+    pub light: LayerLight,
+    /// Diffuse irradiance of the ground on the exchange grid.
+    pub gathered: HostMap,
+    /// Where the light goes.
+    pub energy: Energy,
+    /// Closure of the orders for this sun: method "analytic".
+    pub closure: HostMap,
+    /// Radiance tables cut at this sun: method "tabulated", where the request's plan uses it.
+    pub slice: Option<HostSlice>,
+    /// Tables of the mix.
+    pub tables: Arc<HostTables>,
+    /// The view.
+    pub view: View,
+    /// The texture asked for, before what a request asks of finished texels.
+    pub output: Vec<f32>,
+    /// The passes that ran, in their order, each with its own time.
+    pub passes: Vec<PassRecord>,
+}
+
+/// Reads the stages of a run back.
+pub(super) fn read(
+    pipeline: &mut Pipeline,
+    job: &Job,
+    watch: &Watch,
+    run: Run,
+    passes: Vec<PassRecord>,
+) -> Result<Stages, RenderError> {
+    let number = job.request().wanted.layer().unwrap_or(0) as usize;
+    let deadline = watch.deadline;
+    let source = pipeline.source(job, number, watch)?;
+    let gpu = &pipeline.gpu;
+    let (scene, time_s) = (job.scene(), job.request().time_s);
+    let offsets = field::offsets(&scene.layers[number], time_s, scene.extent_m());
+    let field_stages = {
+        let mut source = source.lock().unwrap_or_else(PoisonError::into_inner);
+        source.inspect(gpu, time_s, offsets.made, deadline)?
+    };
+    let (moment, field, mix) = (&run.moment, &run.fields[number], &job.tables()[number]);
+    let blur_texels = moment.layers[number].blur_texels;
+    let tables = &run.tables[number].host;
+    let cosine = moment.slant_cosine();
+    let cut = |detail| HostSlice::new(&mix.radiance(detail, &|_| ()), tables.ratio, cosine);
+    let lit = run.lit.ok_or(RenderError::Defect("the stages of the light were not kept"))?;
+    let (maps, own) = (&lit.maps[number], &lit.light.layers[number]);
+    let map = |target: &Target| gpu.read_map(target, 0, deadline);
+    let colours = |target: &Target| {
+        let texels = map(target)?.data;
+        Ok::<_, RenderError>(texels.chunks(4).map(|texel| [texel[0], texel[1], texel[2]]).collect::<Vec<_>>())
+    };
+    let open = || HostMap { width: 1, height: 1, channels: 4, data: vec![1.0; 4] };
+    Ok(Stages {
+        frame: run.frames[number],
+        field: field_stages,
+        thickness: map(&field.thickness)?,
+        bounds: map(&field.bounds)?,
+        blur_texels,
+        entry: map(&maps.entry)?,
+        entering: map(maps.entering(blur_texels))?,
+        above: lit.maps.get(number + 1).map_or_else(|| Ok(open()), |above| map(&above.beam))?,
+        beam: map(&maps.beam)?,
+        tilted: map(&maps.tilted)?,
+        entered: map(&maps.entered)?,
+        reflected: map(&maps.reflected)?,
+        column: map(&maps.column)?,
+        through: map(&maps.through)?,
+        not_reflected: map(&maps.not_reflected)?,
+        share: lit.shares[number],
+        shares: [map(&own.share[0])?, map(&own.share[1])?],
+        albedo: lit.albedo,
+        light: LayerLight { from_above: colours(&own.from_above)?, from_below: colours(&own.from_below)? },
+        gathered: map(&lit.light.gathered)?,
+        energy: lit.light.energy,
+        closure: slice::closure(mix, tables.ratio, cosine),
+        slice: moment.plan.detail().map(cut),
+        tables: Arc::clone(tables),
+        view: run.view,
+        output: run.texels.data,
+        passes,
+        columns: lit.columns,
+    })
+}

@@ -1,0 +1,346 @@
+//! The one table of query parameters: name, range or words, default, meaning, how each is read and written.
+
+use super::method::{Method, Reference, Transport};
+use super::wanted::{Cloud, Component, GroundLight, Irradiance, Shadow, TextureKind, Wanted};
+use super::{Plane, Projection, Request, Side, Viewer};
+use crate::encode::{Alpha, Depth, Format, Linear, Output, Picture, PictureDepth, Tonemap};
+use crate::scene::Scene;
+
+/// A query parameter.
+#[derive(Debug, Clone, Copy)]
+pub struct QueryParameter {
+    /// Its name.
+    pub name: &'static str,
+    /// What it may be.
+    pub values: &'static str,
+    /// Its default.
+    pub default: &'static str,
+    /// What it does.
+    pub meaning: &'static str,
+    /// Takes a value in; `None` when it is not allowed.
+    pub(super) read: fn(&mut Given, &str) -> Option<()>,
+    /// The value that a request has; `None` where the parameter does not touch it.
+    pub(super) write: fn(&Request) -> Option<String>,
+}
+
+/// Every query parameter.
+pub const QUERY_PARAMETERS: &[QueryParameter] = &[
+    QueryParameter {
+        name: "time",
+        values: "0 to 1e9",
+        default: "0",
+        meaning: "seconds since the scene's start",
+        read: |given, text| set(&mut given.time_s, number(text, 0.0, Request::MAX_TIME_S)),
+        write: |request| Some(request.time_s.to_string()),
+    },
+    QueryParameter {
+        name: "size",
+        values: "1 to 4096",
+        default: "the scene's resolution",
+        meaning: "texels a side",
+        read: |given, text| {
+            let size = text.parse().ok().filter(|size| (1..=Scene::MAX_SIDE).contains(size))?;
+            set(&mut given.size, Some(Some(size)))
+        },
+        write: |request| Some(request.size?.to_string()),
+    },
+    QueryParameter {
+        name: "view",
+        values: "below | above",
+        default: "below",
+        meaning: "side from which the clouds are seen",
+        read: |given, text| set(&mut given.side, word(text, &Side::ALL)),
+        write: |request| Some(plane(request)?.side.name().to_owned()),
+    },
+    QueryParameter {
+        name: "direction",
+        values: "ZENITH,AZIMUTH (0 to 89.9, -360 to 360)",
+        default: "0,0",
+        meaning: "towards the viewer, degrees: a parallel view",
+        read: |given, text| {
+            let (zenith, azimuth) = text.split_once(',')?;
+            let (zenith_deg, azimuth_deg) = (number(zenith, 0.0, 89.9)?, number(azimuth, -360.0, 360.0)?);
+            // Straight up has no azimuth, and -90 and 270 are one direction.
+            let azimuth_deg = if zenith_deg == 0.0 { 0.0 } else { one_turn(azimuth_deg) };
+            set(&mut given.direction, Some(Some(Viewer::Parallel { zenith_deg, azimuth_deg })))
+        },
+        write: |request| match plane(request)?.viewer {
+            Viewer::Parallel { zenith_deg, azimuth_deg } => Some(format!("{zenith_deg},{azimuth_deg}")),
+            Viewer::At(_) => None,
+        },
+    },
+    QueryParameter {
+        name: "eye",
+        values: "X,Y,Z (each -1e7 to 1e7)",
+        default: "none",
+        meaning: "viewer's place, metres: a perspective view of the plane",
+        read: |given, text| {
+            let parts: Option<Vec<f64>> = text.split(',').map(|part| number(part, -1e7, 1e7)).collect();
+            set(&mut given.eye, Some(Some(Viewer::At(parts?.try_into().ok()?))))
+        },
+        write: |request| match plane(request)?.viewer {
+            Viewer::Parallel { .. } => None,
+            Viewer::At([x, y, z]) => Some(format!("{x},{y},{z}")),
+        },
+    },
+    QueryParameter {
+        name: "component",
+        values: "total | direct | diffuse",
+        default: "total",
+        meaning: "part of the irradiance",
+        read: |given, text| set(&mut given.component, Component::NAMES.into_iter().find(|name| *name == text)),
+        write: |request| Some(request.wanted.component()?.name().to_owned()),
+    },
+    QueryParameter {
+        name: "peak",
+        values: "true | false",
+        default: "true",
+        meaning: "light scattered by less than 5 degrees counts as the sun's beam",
+        read: |given, text| set(&mut given.peak, word(text, &[("true", true), ("false", false)])),
+        // Written for all textures that a beam is part of, so that it differs from the default where it does.
+        write: |request| Some(request.wanted.peak().unwrap_or(true).to_string()),
+    },
+    QueryParameter {
+        name: "alpha",
+        values: "premultiplied | straight",
+        default: "premultiplied",
+        meaning: "how colour goes with alpha",
+        read: |given, text| set(&mut given.alpha, word(text, &Alpha::ALL)),
+        write: |request| Some(request.output.linear().alpha.name().to_owned()),
+    },
+    QueryParameter {
+        name: "tolerance",
+        values: "above 0 to 1",
+        default: "0.02",
+        meaning: "acceptable relative error, root mean square",
+        read: |given, text| set(&mut given.tolerance, number(text, f64::MIN_POSITIVE, 1.0)),
+        write: |request| Some(request.wanted.tolerance()?.to_string()),
+    },
+    QueryParameter {
+        name: "method",
+        values: "tabulated | analytic | reference",
+        default: "by tolerance",
+        meaning: "how slab light is computed",
+        read: |given, text| set(&mut given.method, Some(Some(word(text, &Method::ALL)?))),
+        write: |request| Some(request.wanted.method()?.name().to_owned()),
+    },
+    QueryParameter {
+        name: "transport",
+        values: "columns | tilted | entry | blended",
+        default: "by tolerance",
+        meaning: "how sunlight is carried through uneven cloud",
+        read: |given, text| set(&mut given.transport, Some(Some(word(text, &Transport::ALL)?))),
+        write: |request| Some(request.wanted.transport()?.name().to_owned()),
+    },
+    QueryParameter {
+        name: "seed",
+        values: "0 to 4294967295",
+        default: "1",
+        meaning: "random numbers of method reference: other seeds give other noise",
+        read: |given, text| set(&mut given.seed, text.parse().ok()),
+        write: |request| Some(request.wanted.reference().map_or(Reference::SEED, |reference| reference.seed).to_string()),
+    },
+    QueryParameter {
+        name: "layer",
+        values: "0 to 3",
+        default: "all",
+        meaning: "one layer alone, 0 = lowest; light still uses all",
+        read: |given, text| {
+            let layer = text.parse().ok().filter(|layer| (*layer as usize) < Scene::MAX_LAYERS)?;
+            set(&mut given.layer, Some(Some(layer)))
+        },
+        write: |request| Some(request.wanted.layer()?.to_string()),
+    },
+    QueryParameter {
+        name: "scale",
+        values: "1e-6 to 1e6",
+        default: "1",
+        meaning: "multiplies linear output",
+        read: |given, text| set(&mut given.scale, number(text, 1e-6, 1e6)),
+        write: |request| Some(request.output.linear().scale.to_string()),
+    },
+    QueryParameter {
+        name: "exposure",
+        values: "-20 to 20",
+        default: "0",
+        meaning: "exposure of a PNG, stops",
+        read: |given, text| set(&mut given.exposure_stops, number(text, -20.0, 20.0)),
+        write: |request| match request.output {
+            Output::Png(Picture::Display { exposure_stops, .. }) => Some(exposure_stops.to_string()),
+            _ => None,
+        },
+    },
+    QueryParameter {
+        name: "tonemap",
+        values: "filmic | none",
+        default: "filmic",
+        meaning: "tone curve of a PNG",
+        read: |given, text| set(&mut given.tonemap, word(text, &Tonemap::ALL)),
+        write: |request| match request.output {
+            Output::Png(Picture::Display { tonemap, .. }) => Some(tonemap.name().to_owned()),
+            _ => None,
+        },
+    },
+    QueryParameter {
+        name: "encoding",
+        values: "srgb | linear",
+        default: "srgb",
+        meaning: "transfer of a PNG; linear is for masks",
+        read: |given, text| set(&mut given.mask, word(text, &[("srgb", false), ("linear", true)])),
+        write: |request| match request.output {
+            Output::Png(picture) => Some(picture.encoding().to_owned()),
+            _ => None,
+        },
+    },
+    QueryParameter {
+        name: "depth",
+        values: "8 | 16 (PNG), 16 | 32 (EXR), 32 (f32)",
+        default: "8 (PNG); 16 where half floats hold the values, else 32 (EXR); 32 (f32)",
+        meaning: "bits a sample",
+        read: |given, text| {
+            let allowed: &[(&str, u32)] = match given.format {
+                Format::Exr => &[("16", 16), ("32", 32)],
+                Format::Png => &[("8", 8), ("16", 16)],
+                Format::F32 => &[("32", 32)],
+            };
+            set(&mut given.depth, Some(Some(word(text, allowed)?)))
+        },
+        write: |request| match request.output {
+            Output::Exr { depth, .. } => depth.map(|depth| depth.bits().to_string()),
+            Output::Png(picture) => Some(picture.depth().bits().to_string()),
+            Output::F32 { .. } => None,
+        },
+    },
+];
+
+/// Everything that a query can say. What does not touch the texture that is asked for does not become part of the request.
+pub(super) struct Given {
+    format: Format,
+    time_s: f64,
+    size: Option<u32>,
+    side: Side,
+    direction: Option<Viewer>,
+    eye: Option<Viewer>,
+    component: &'static str,
+    peak: bool,
+    alpha: Alpha,
+    tolerance: f64,
+    method: Option<Method>,
+    transport: Option<Transport>,
+    seed: u32,
+    layer: Option<u32>,
+    scale: f64,
+    exposure_stops: f64,
+    tonemap: Tonemap,
+    mask: bool,
+    depth: Option<u32>,
+}
+
+impl Given {
+    /// What a query without parameters says.
+    pub(super) fn new(format: Format) -> Self {
+        Self {
+            format,
+            time_s: 0.0,
+            size: None,
+            side: Side::Below,
+            direction: None,
+            eye: None,
+            component: Component::Total.name(),
+            peak: true,
+            alpha: Alpha::Premultiplied,
+            tolerance: Request::TOLERANCE,
+            method: None,
+            transport: None,
+            seed: Reference::SEED,
+            layer: None,
+            scale: 1.0,
+            exposure_stops: 0.0,
+            tonemap: Tonemap::Filmic,
+            mask: false,
+            depth: None,
+        }
+    }
+
+    /// A viewer cannot be far away and at a place.
+    pub(super) fn has_two_viewers(&self) -> bool {
+        self.direction.is_some() && self.eye.is_some()
+    }
+
+    /// The request for a texture, of what touches it.
+    pub(super) fn request(&self, texture: TextureKind) -> Request {
+        let (tolerance, layer) = (self.tolerance, self.layer);
+        // The seed is the reference's own.
+        let reference = Reference { seed: self.seed };
+        let method = self.method.map(|method| match method {
+            Method::Reference(_) => Method::Reference(reference),
+            fast => fast,
+        });
+        let traced = method.and_then(Method::reference);
+        let wanted = match texture {
+            TextureKind::Cloud => {
+                let viewer = self.eye.or(self.direction).unwrap_or(Viewer::UPRIGHT);
+                let projection = Projection::Plane(Plane { side: self.side, viewer });
+                Wanted::Cloud(Cloud { projection, layer, tolerance, method, transport: self.transport })
+            }
+            TextureKind::Shadow => Wanted::Shadow(Shadow { peak: self.peak, tolerance, reference: traced }),
+            TextureKind::Irradiance => Wanted::Irradiance(Irradiance {
+                component: match self.component {
+                    "direct" => Component::Direct { peak: self.peak },
+                    "diffuse" => Component::Diffuse { peak: self.peak },
+                    _ => Component::Total,
+                },
+                tolerance,
+                // Light on the ground goes through tables of fluxes, whatever the cloud's method.
+                light: traced.map_or(GroundLight::Fast { transport: self.transport }, GroundLight::Reference),
+            }),
+            TextureKind::Thickness => Wanted::Thickness { layer },
+        };
+        Request { wanted, time_s: self.time_s, size: self.size, output: self.output(texture) }
+    }
+
+    fn output(&self, texture: TextureKind) -> Output {
+        let alpha = if texture == TextureKind::Cloud { self.alpha } else { Alpha::Premultiplied };
+        let linear = Linear { scale: self.scale, alpha };
+        let picture = if self.depth == Some(16) { PictureDepth::Sixteen } else { PictureDepth::Eight };
+        match self.format {
+            Format::F32 => Output::F32 { linear },
+            Format::Exr => {
+                let depth = self.depth.map(|bits| if bits == 32 { Depth::Float } else { Depth::Half });
+                Output::Exr { linear, depth }
+            }
+            Format::Png if self.mask => Output::Png(Picture::Mask { scale: self.scale, depth: picture }),
+            Format::Png => Output::Png(Picture::Display {
+                exposure_stops: self.exposure_stops,
+                // Parts of a whole are not light: a tone curve would bend them.
+                tonemap: if texture.is_light() { self.tonemap } else { Tonemap::None },
+                depth: picture,
+            }),
+        }
+    }
+}
+
+fn plane(request: &Request) -> Option<&Plane> {
+    request.wanted.projection().map(Projection::plane)
+}
+
+/// An azimuth from -360 to 360 degrees as 0 to below 360.
+fn one_turn(azimuth_deg: f64) -> f64 {
+    let positive = if azimuth_deg < 0.0 { azimuth_deg + 360.0 } else { azimuth_deg };
+    if positive >= 360.0 { positive - 360.0 } else { positive }
+}
+
+/// Puts a value in its place, if it is one.
+fn set<T>(place: &mut T, value: Option<T>) -> Option<()> {
+    *place = value?;
+    Some(())
+}
+
+/// A finite number between two ends, both included.
+fn number(text: &str, least: f64, most: f64) -> Option<f64> {
+    text.parse::<f64>().ok().filter(|number| (least..=most).contains(number)).map(|number| number + 0.0)
+}
+
+fn word<T: Copy>(text: &str, words: &[(&str, T)]) -> Option<T> {
+    words.iter().find(|(word, _)| *word == text).map(|(_, value)| *value)
+}

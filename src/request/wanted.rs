@@ -1,0 +1,247 @@
+//! The textures, each with the parameters that touch it.
+
+use super::method::{Method, Reference, Transport};
+use crate::projection::Projection;
+
+/// A texture that can be asked for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum TextureKind {
+    /// Radiance leaving the clouds towards the viewer, premultiplied, and alpha.
+    Cloud,
+    /// Part of the sun's beam that reaches the ground.
+    Shadow,
+    /// Downward irradiance on the ground.
+    Irradiance,
+    /// Geometric thickness of cloud.
+    Thickness,
+}
+
+impl TextureKind {
+    /// Every texture.
+    pub const ALL: [Self; 4] = [Self::Cloud, Self::Shadow, Self::Irradiance, Self::Thickness];
+
+    /// Its name in addresses and on the command line.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Cloud => "cloud",
+            Self::Shadow => "shadow",
+            Self::Irradiance => "irradiance",
+            Self::Thickness => "thickness",
+        }
+    }
+
+    /// What its values are, for people.
+    pub fn meaning(self) -> &'static str {
+        match self {
+            Self::Cloud => "radiance leaving the cloud towards the viewer, and alpha",
+            Self::Shadow => "part of the sun's beam that reaches the ground, 550 nm",
+            Self::Irradiance => "downward irradiance on the ground",
+            Self::Thickness => "geometric thickness of cloud, metres",
+        }
+    }
+
+    /// Unit of its values. The scene gives its own light: which unit that is in is the caller's knowledge.
+    pub fn unit(self) -> &'static str {
+        match self {
+            Self::Cloud => "the scene's unit of irradiance per steradian",
+            Self::Irradiance => "the scene's unit of irradiance",
+            Self::Shadow => "1",
+            Self::Thickness => "m",
+        }
+    }
+
+    /// Names of its channels.
+    pub fn channels(self) -> &'static [&'static str] {
+        match self {
+            Self::Cloud => &["R", "G", "B", "A"],
+            Self::Irradiance => &["R", "G", "B"],
+            Self::Shadow | Self::Thickness => &["Y"],
+        }
+    }
+
+    /// Whether its values are light, which a tone curve suits; the others are parts of a whole.
+    pub fn is_light(self) -> bool {
+        matches!(self, Self::Cloud | Self::Irradiance)
+    }
+}
+
+/// A texture with its parameters.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Wanted {
+    /// See [`TextureKind::Cloud`].
+    Cloud(Cloud),
+    /// See [`TextureKind::Shadow`].
+    Shadow(Shadow),
+    /// See [`TextureKind::Irradiance`].
+    Irradiance(Irradiance),
+    /// See [`TextureKind::Thickness`].
+    Thickness {
+        /// One layer alone (0 = lowest); all when `None`.
+        layer: Option<u32>,
+    },
+}
+
+/// What is asked of the clouds.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Cloud {
+    /// How they are seen.
+    pub projection: Projection,
+    /// One layer alone (0 = lowest); all when `None`. Light still uses all.
+    pub layer: Option<u32>,
+    /// Acceptable relative root-mean-square error.
+    pub tolerance: f64,
+    /// How slab light is computed; the plan's choice when `None`.
+    pub method: Option<Method>,
+    /// How sunlight is carried through uneven cloud; the plan's choice when `None`.
+    pub transport: Option<Transport>,
+}
+
+/// What is asked of the sun's beam on the ground.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Shadow {
+    /// Light scattered by less than 5 degrees counts as beam.
+    pub peak: bool,
+    /// Acceptable relative root-mean-square error.
+    pub tolerance: f64,
+    /// By Monte Carlo.
+    pub reference: Option<Reference>,
+}
+
+/// What is asked of the light on the ground.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Irradiance {
+    /// Which part of it.
+    pub component: Component,
+    /// Acceptable relative root-mean-square error.
+    pub tolerance: f64,
+    /// How it is computed.
+    pub light: GroundLight,
+}
+
+/// How light on the ground is computed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum GroundLight {
+    /// By tables of fluxes.
+    Fast {
+        /// How sunlight is carried through uneven cloud; the plan's choice when `None`.
+        transport: Option<Transport>,
+    },
+    /// By Monte Carlo.
+    Reference(Reference),
+}
+
+/// Which part of the ground's irradiance.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Component {
+    /// All light.
+    Total,
+    /// The sun's beam.
+    Direct {
+        /// Light scattered by less than 5 degrees counts as beam.
+        peak: bool,
+    },
+    /// All but the beam.
+    Diffuse {
+        /// Light scattered by less than 5 degrees counts as beam.
+        peak: bool,
+    },
+}
+
+impl Component {
+    /// Names of the parts.
+    pub const NAMES: [&'static str; 3] = ["total", "direct", "diffuse"];
+
+    /// Its name.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Total => "total",
+            Self::Direct { .. } => "direct",
+            Self::Diffuse { .. } => "diffuse",
+        }
+    }
+}
+
+impl Wanted {
+    /// The kind of texture.
+    pub fn kind(&self) -> TextureKind {
+        match self {
+            Self::Cloud(_) => TextureKind::Cloud,
+            Self::Shadow(_) => TextureKind::Shadow,
+            Self::Irradiance(_) => TextureKind::Irradiance,
+            Self::Thickness { .. } => TextureKind::Thickness,
+        }
+    }
+
+    /// Acceptable relative root-mean-square error; none for what is exact.
+    pub fn tolerance(&self) -> Option<f64> {
+        match self {
+            Self::Cloud(Cloud { tolerance, .. })
+            | Self::Shadow(Shadow { tolerance, .. })
+            | Self::Irradiance(Irradiance { tolerance, .. }) => Some(*tolerance),
+            Self::Thickness { .. } => None,
+        }
+    }
+
+    /// The method that is asked for.
+    pub fn method(&self) -> Option<Method> {
+        match self {
+            Self::Cloud(cloud) => cloud.method,
+            Self::Shadow(_) | Self::Irradiance(_) => self.reference().map(Method::Reference),
+            Self::Thickness { .. } => None,
+        }
+    }
+
+    /// Settings of the reference, where it is asked for.
+    pub fn reference(&self) -> Option<Reference> {
+        match self {
+            Self::Cloud(cloud) => cloud.method.and_then(Method::reference),
+            Self::Shadow(shadow) => shadow.reference,
+            Self::Irradiance(Irradiance { light: GroundLight::Reference(reference), .. }) => Some(*reference),
+            Self::Irradiance(_) | Self::Thickness { .. } => None,
+        }
+    }
+
+    /// The transport of sunlight that is asked for.
+    pub fn transport(&self) -> Option<Transport> {
+        match self {
+            Self::Cloud(cloud) => cloud.transport,
+            Self::Irradiance(Irradiance { light: GroundLight::Fast { transport }, .. }) => *transport,
+            Self::Irradiance(_) | Self::Shadow(_) | Self::Thickness { .. } => None,
+        }
+    }
+
+    /// The one layer that is asked for.
+    pub fn layer(&self) -> Option<u32> {
+        match self {
+            Self::Cloud(Cloud { layer, .. }) | Self::Thickness { layer } => *layer,
+            Self::Shadow(_) | Self::Irradiance(_) => None,
+        }
+    }
+
+    /// Which part of the irradiance.
+    pub fn component(&self) -> Option<Component> {
+        match self {
+            Self::Irradiance(irradiance) => Some(irradiance.component),
+            Self::Cloud(_) | Self::Shadow(_) | Self::Thickness { .. } => None,
+        }
+    }
+
+    /// Whether light scattered by less than 5 degrees counts as beam, where that makes a difference.
+    pub fn peak(&self) -> Option<bool> {
+        match self {
+            Self::Shadow(shadow) => Some(shadow.peak),
+            _ => match self.component()? {
+                Component::Total => None,
+                Component::Direct { peak } | Component::Diffuse { peak } => Some(peak),
+            },
+        }
+    }
+
+    /// How the texels are laid out, where that can be chosen; maps of the domain have no choice.
+    pub fn projection(&self) -> Option<&Projection> {
+        match self {
+            Self::Cloud(cloud) => Some(&cloud.projection),
+            Self::Shadow(_) | Self::Irradiance(_) | Self::Thickness { .. } => None,
+        }
+    }
+}
