@@ -250,7 +250,8 @@ impl Renderer {
             plane_m,
             timings: clock.timings,
         };
-        finish(&mut texture, &job.request);
+        let Texture { width, channels, data, standard_error, .. } = &mut texture;
+        output(&job.request).finish(*width, channels, data, standard_error.as_deref_mut()).map_err(refused)?;
         self.gpu.check()?;
         Ok(texture)
     }
@@ -586,27 +587,6 @@ fn view(job: &Job, size: u32, moment: &frame::Moment) -> Result<View, RenderErro
     })
 }
 
-/// Alpha that counts as none where colour is divided by it.
-const LEAST_ALPHA: f32 = 1e-20;
-
-/// What a request asks of finished texels: alpha, scale.
-fn finish(texture: &mut Texture, request: &Request) {
-    let (channels, scale) = (texture.channels.len(), request.scale as f32);
-    let picture = request.format == Format::Png && request.encoding == request::Encoding::Srgb;
-    for (i, texel) in texture.data.chunks_mut(channels).enumerate() {
-        let (colour, alpha) = texel.split_at_mut(channels.min(3));
-        // A picture's white goes with the light, so a scale would cancel.
-        let mut factor = if picture { 1.0 } else { scale };
-        if let (true, Some(alpha)) = (request.straight_alpha, alpha.first()) {
-            // Below this there is nothing to see, and the quotient would be noise or overflow.
-            factor = if *alpha > LEAST_ALPHA { factor / alpha } else { 0.0 };
-        }
-        let lit = colour.len();
-        let errors = texture.standard_error.iter_mut().flat_map(|errors| errors.iter_mut().skip(lit * i).take(lit));
-        colour.iter_mut().chain(errors).for_each(|value| *value = (*value * factor).min(f32::MAX));
-    }
-}
-
 /// Stage times.
 #[derive(Default)]
 struct Clock {
@@ -622,63 +602,57 @@ impl Clock {
     }
 }
 
-/// Channels of a texture with the standard errors of its light, those of colours as a layer of their own, as OpenEXR
-/// names them.
-fn with_errors(texture: TextureKind) -> &'static [&'static str] {
-    match texture {
-        TextureKind::Cloud => &["R", "G", "B", "A", "error.R", "error.G", "error.B"],
-        TextureKind::Irradiance => &["R", "G", "B", "error.R", "error.G", "error.B"],
-        TextureKind::Shadow | TextureKind::Thickness => &["R", "error"],
+/// What an encoder refuses, as a matter of the request.
+fn refused(error: EncodeError) -> RenderError {
+    let detail = error.to_string();
+    match error.field() {
+        Some(field) => RenderError::Invalid(vec![FieldError { pointer: field.to_owned(), detail }]),
+        None => RenderError::Gpu(detail),
+    }
+}
+
+/// How a request puts its texture out.
+fn output(request: &Request) -> encode::Output {
+    let alpha = if request.straight_alpha { encode::Alpha::Straight } else { encode::Alpha::Premultiplied };
+    let linear = encode::Linear { scale: request.scale, alpha };
+    let depth = if request.depth == 16 { encode::PictureDepth::Sixteen } else { encode::PictureDepth::Eight };
+    match (request.format, request.encoding) {
+        (Format::F32, _) => encode::Output::F32 { linear },
+        (Format::Exr, _) => {
+            encode::Output::Exr { linear, depth: (request.depth == 32).then_some(encode::Depth::Float) }
+        }
+        (Format::Png, request::Encoding::Linear) => {
+            encode::Output::Png(encode::Picture::Mask { scale: request.scale, depth })
+        }
+        (Format::Png, request::Encoding::Srgb) => encode::Output::Png(encode::Picture::Display {
+            exposure_stops: request.exposure_stops,
+            // Shadow and thickness are parts of a whole, not light: a tone curve would bend them.
+            tonemap: match (request.tonemap, request.texture) {
+                (request::Tonemap::None, _) | (_, TextureKind::Shadow | TextureKind::Thickness) => {
+                    encode::Tonemap::None
+                }
+                _ => encode::Tonemap::Filmic,
+            },
+            depth,
+        }),
     }
 }
 
 /// The bytes of a file for a rendered texture, in the format that its request names.
 ///
 /// # Errors
-/// When a texel is not finite, which would be a fault of the renderer.
+/// Values that the file cannot hold, or a texel that is not finite, which would be a fault of the renderer.
 pub fn encode(texture: &Texture, job: &Job) -> Result<Vec<u8>, EncodeError> {
-    let (scene, request) = (&job.scene, &job.request);
+    let output = output(&job.request);
     let pixels = encode::Pixels {
         width: texture.width,
         height: texture.height,
         channels: texture.channels,
         data: &texture.data,
-        alpha: if request.straight_alpha { encode::Alpha::Straight } else { encode::Alpha::Premultiplied },
+        errors: texture.standard_error.as_deref(),
+        alpha: output.linear().alpha,
+        fraction: job.request.texture == TextureKind::Shadow,
     };
-    match request.format {
-        Format::F32 => encode::to_f32(&pixels),
-        Format::Exr => {
-            let depth = if request.depth == 32 { encode::Depth::Float } else { encode::Depth::Half };
-            let metadata = frame::metadata(scene, request, texture);
-            let Some(errors) = &texture.standard_error else { return encode::to_exr(&pixels, &metadata, depth) };
-            let count = texture.channels.len();
-            let texels = texture.data.chunks(count).zip(errors.chunks(count.min(3)));
-            let data: Vec<f32> = texels.flat_map(|(texel, error)| texel.iter().chain(error)).copied().collect();
-            encode::to_exr(
-                &encode::Pixels { channels: with_errors(request.texture), data: &data, ..pixels },
-                &metadata,
-                depth,
-            )
-        }
-        Format::Png => {
-            let depth = if request.depth == 16 { encode::PictureDepth::Sixteen } else { encode::PictureDepth::Eight };
-            let picture = match request.encoding {
-                request::Encoding::Linear => encode::Picture::mask(depth),
-                request::Encoding::Srgb => encode::Picture {
-                    exposure_stops: request.exposure_stops,
-                    white: texture.white,
-                    // Shadow and thickness are parts of a whole, not light: a tone curve would bend them.
-                    tonemap: match (request.tonemap, request.texture) {
-                        (request::Tonemap::None, _) | (_, TextureKind::Shadow | TextureKind::Thickness) => {
-                            encode::Tonemap::None
-                        }
-                        _ => encode::Tonemap::Filmic,
-                    },
-                    transfer: encode::Transfer::Srgb,
-                    depth,
-                },
-            };
-            encode::to_png(&pixels, &picture)
-        }
-    }
+    let metadata = frame::metadata(&job.scene, &job.request, texture);
+    Ok(encode::encode(&pixels, &metadata, &output, texture.white)?.bytes)
 }

@@ -1,5 +1,6 @@
 //! What is asked of a sky: one texture, at one time, seen one way, in one format.
 
+pub use crate::encode::Format;
 use crate::scene::{FieldError, Scene};
 use std::fmt::Write as _;
 
@@ -35,41 +36,7 @@ impl TextureKind {
         match self {
             Self::Cloud => &["R", "G", "B", "A"],
             Self::Irradiance => &["R", "G", "B"],
-            Self::Shadow | Self::Thickness => &["R"],
-        }
-    }
-}
-
-/// A file format.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub enum Format {
-    /// OpenEXR, half or float.
-    Exr,
-    /// A picture to look at, or a mask.
-    Png,
-    /// Raw little-endian floats.
-    F32,
-}
-
-impl Format {
-    /// Every format.
-    pub const ALL: [Self; 3] = [Self::Exr, Self::Png, Self::F32];
-
-    /// The file name's extension.
-    pub fn extension(self) -> &'static str {
-        match self {
-            Self::Exr => "exr",
-            Self::Png => "png",
-            Self::F32 => "f32",
-        }
-    }
-
-    /// The media type of a reply.
-    pub fn media_type(self) -> &'static str {
-        match self {
-            Self::Exr => "image/x-exr",
-            Self::Png => "image/png",
-            Self::F32 => "application/octet-stream",
+            Self::Shadow | Self::Thickness => &["Y"],
         }
     }
 }

@@ -14,7 +14,8 @@ use exr::meta::header::Header;
 use half::f16;
 use rayon::prelude::*;
 
-use super::{EncodeError, Metadata, Pixels};
+use super::precision::{check_half, why_float};
+use super::{EncodeError, Encoded, Metadata, Pixels, error_name};
 
 /// Lossless and read by every engine. On cloud textures a tenth smaller than PIZ and read in half its time.
 const COMPRESSION: Compression = Compression::ZIP16;
@@ -23,41 +24,92 @@ const COMPRESSION: Compression = Compression::ZIP16;
 const BATCH: usize = 64;
 
 /// Precision of the samples.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Depth {
-    /// 16-bit floats: rounded to the nearest, clipped at 65504 (the largest), 11 significant bits.
-    #[default]
+    /// 16-bit floats: rounded to the nearest; 11 significant bits from 0.000061 to 65504, the largest.
     Half,
     /// 32-bit floats, exactly the values given.
     Float,
 }
 
-/// An OpenEXR file with the metadata as attributes: the standard ones (`chromaticities` of Rec.709 with D65,
-/// `adoptedNeutral`, `whiteLuminance`, `wrapmodes`, `software`, `comments`, and of a place `latitude`, `longitude`,
-/// `altitude`, `capDate`, `utcOffset`) and skyloom's own: `skyloom:domainExtent`, `skyloom:baseHeight`, `skyloom:time`
-/// (doubles; metres, metres, seconds), `skyloom:origin`, `skyloom:sunDirection` (v3f), `skyloom:axes`, `skyloom:alpha`,
-/// `skyloom:scene`, `skyloom:texture` (strings).
-pub fn to_exr(pixels: &Pixels<'_>, metadata: &Metadata, depth: Depth) -> Result<Vec<u8>, EncodeError> {
-    pixels.check(true)?;
+impl Depth {
+    /// Every depth and its name in queries.
+    pub const ALL: [(&'static str, Self); 2] = [("16", Self::Half), ("32", Self::Float)];
+
+    /// Bits of a sample.
+    pub fn bits(self) -> u32 {
+        match self {
+            Self::Half => 16,
+            Self::Float => 32,
+        }
+    }
+
+    /// Its name in files.
+    fn name(self) -> &'static str {
+        match self {
+            Self::Half => "half",
+            Self::Float => "float",
+        }
+    }
+}
+
+/// A channel of the file: every `step`th value of the data from the place on.
+struct Channel<'a> {
+    name: String,
+    data: &'a [f32],
+    place: usize,
+    step: usize,
+}
+
+/// An OpenEXR file with standard errors as channels of the layer `error` and the metadata as attributes: the standard ones
+/// (`chromaticities` of Rec.709 with D65, `adoptedNeutral`, `whiteLuminance`, `wrapmodes`, `software`, `comments`, and of a
+/// place `latitude`, `longitude`, `altitude`, `capDate`, `utcOffset`) and skyloom's own, of the types that every reader
+/// knows:
+///
+/// | attributes | type |
+/// |---|---|
+/// | `skyloom:` `texture`, `component`, `peak`, `view`, `projection`, `alpha`, `axes`, `scene`, `version`, `adapter`, `unit` | string |
+/// | `skyloom:depth`: `half`, `float`, or `float: ` and why halves cannot hold the texture | string |
+/// | `skyloom:timeExact`: `time` with all its digits | string |
+/// | `skyloom:` `domainExtent`, `baseHeight` (metres), `time` (seconds), `scale`, `expectedError` | float |
+/// | `skyloom:direction` (zenith and azimuth, degrees) | v2f |
+/// | `skyloom:` `eye`, `origin` (metres), `sunDirection` | v3f |
+/// | `skyloom:layer` | int |
+///
+/// Without a depth samples are half, unless a value is beyond their range, or the largest of a channel of colour so small
+/// (below 0.0625) that what is 1000 times darker would lose digits.
+///
+/// # Errors
+/// [`EncodeError::AboveHalf`] and [`EncodeError::BelowHalf`] when half was asked for and cannot hold the texture.
+pub fn to_exr(pixels: &Pixels<'_>, metadata: &Metadata, depth: Option<Depth>) -> Result<Encoded, EncodeError> {
+    pixels.check()?;
+    let (depth, reason) = match depth {
+        None => why_float(pixels).map_or((Depth::Half, None), |reason| (Depth::Float, Some(reason))),
+        Some(depth) => {
+            if depth == Depth::Half {
+                check_half(pixels, metadata.scale)?;
+            }
+            (depth, None)
+        }
+    };
     let sample_type = match depth {
         Depth::Half => SampleType::F16,
         Depth::Float => SampleType::F32,
     };
-    // In the file channels are in the order of their names; each remembers its place in the data.
-    let mut channels: Vec<(usize, &str)> = pixels.channels.iter().copied().enumerate().collect();
-    channels.sort_unstable_by_key(|&(_, name)| name);
+    let channels = channels(pixels);
     let size = Vec2(pixels.width as usize, pixels.height as usize);
     let header = Header::new(
         Text::default(),
         size,
-        channels.iter().map(|&(_, name)| ChannelDescription::named(text(name), sample_type)).collect(),
+        channels.iter().map(|channel| ChannelDescription::named(text(&channel.name), sample_type)).collect(),
     )
     .with_encoding(COMPRESSION, BlockDescription::ScanLines, LineOrder::Increasing);
 
     let mut file = exr::meta::magic_number::BYTES.to_vec();
     // Version 2 without flags: one part, scan lines, names below 32 bytes.
     file.extend_from_slice(&2_i32.to_le_bytes());
-    for (name, value) in attributes(pixels, metadata, &header.channels) {
+    let told = reason.as_ref().map_or_else(|| depth.name().to_owned(), |reason| format!("{}: {reason}", depth.name()));
+    for (name, value) in attributes(pixels, metadata, &header.channels, &told) {
         attribute::write(name.as_bytes(), &value, &mut file).map_err(codec)?;
     }
     file.push(0);
@@ -79,7 +131,7 @@ pub fn to_exr(pixels: &Pixels<'_>, metadata: &Metadata, depth: Depth) -> Result<
                     pixel_size: Vec2(size.width(), rows),
                     level: Vec2(0, 0),
                 };
-                let data = block_samples(pixels, &channels, depth, top, rows);
+                let data = block_samples(&channels, depth, size.width(), top, rows);
                 UncompressedBlock { index, data }.compress_to_chunk(std::slice::from_ref(&header))
             })
             .collect();
@@ -91,18 +143,32 @@ pub fn to_exr(pixels: &Pixels<'_>, metadata: &Metadata, depth: Depth) -> Result<
     if let Some(target) = file.get_mut(table..table + offsets.len()) {
         target.copy_from_slice(&offsets);
     }
-    Ok(file)
+    Ok(Encoded { bytes: file, bits: depth.bits(), reason })
+}
+
+/// Channels in the order of their names, as the file has them.
+fn channels<'a>(pixels: &Pixels<'a>) -> Vec<Channel<'a>> {
+    let (step, lit) = (pixels.channels.len(), pixels.lit());
+    let named = pixels.channels.iter().enumerate();
+    let values = named.clone().map(|(place, &name)| Channel { name: name.to_owned(), data: pixels.data, place, step });
+    let errors = pixels.errors.into_iter().flat_map(|data| {
+        let lit_channels = named.clone().take(lit);
+        lit_channels.map(move |(place, name)| Channel { name: error_name(name), data, place, step: lit })
+    });
+    let mut channels: Vec<_> = values.chain(errors).collect();
+    channels.sort_unstable_by(|one, other| one.name.cmp(&other.name));
+    channels
 }
 
 /// Samples of a block: line by line, in a line channel by channel.
-fn block_samples(pixels: &Pixels<'_>, channels: &[(usize, &str)], depth: Depth, top: usize, rows: usize) -> Vec<u8> {
-    let row_len = pixels.row_len();
-    let mut samples = Vec::with_capacity(rows * row_len * 4);
-    for row in pixels.data.chunks_exact(row_len).skip(top).take(rows) {
-        for &(place, _) in channels {
-            let values = row.iter().skip(place).step_by(channels.len());
+fn block_samples(channels: &[Channel<'_>], depth: Depth, width: usize, top: usize, rows: usize) -> Vec<u8> {
+    let mut samples = Vec::with_capacity(rows * width * channels.len() * 4);
+    for row in top..top + rows {
+        for channel in channels {
+            let values = channel.data.iter().skip(row * width * channel.step + channel.place);
+            let values = values.step_by(channel.step).take(width);
             match depth {
-                Depth::Half => samples.extend(values.flat_map(|&value| to_half(value).to_ne_bytes())),
+                Depth::Half => samples.extend(values.flat_map(|&value| f16::from_f32(value).to_ne_bytes())),
                 Depth::Float => samples.extend(values.flat_map(|value| value.to_ne_bytes())),
             }
         }
@@ -110,16 +176,17 @@ fn block_samples(pixels: &Pixels<'_>, channels: &[(usize, &str)], depth: Depth, 
     samples
 }
 
-/// The nearest half float, ties to even; values beyond the range become the largest, not infinity.
-fn to_half(value: f32) -> f16 {
-    f16::from_f32(value.clamp(f16::MIN.to_f32(), f16::MAX.to_f32()))
-}
-
-fn attributes(pixels: &Pixels<'_>, metadata: &Metadata, channels: &ChannelList) -> Vec<(&'static str, AttributeValue)> {
+fn attributes(
+    pixels: &Pixels<'_>,
+    metadata: &Metadata,
+    channels: &ChannelList,
+    depth: &str,
+) -> Vec<(&'static str, AttributeValue)> {
     use AttributeValue as Value;
 
     let window = IntegerBounds::from_dimensions((pixels.width as usize, pixels.height as usize));
     let string = |value: &str| Value::Text(text(value));
+    let float = |value: f64| Value::F32(value as f32);
     let vector = |[x, y, z]: [f64; 3]| Value::FloatVec3((x as f32, y as f32, z as f32));
     let d65 = Vec2(0.3127, 0.3290);
     let mut list = vec![
@@ -143,32 +210,48 @@ fn attributes(pixels: &Pixels<'_>, metadata: &Metadata, channels: &ChannelList) 
                 white: d65,
             }),
         ),
-        ("software", string(&metadata.software)),
+        ("software", string(&format!("skyloom {}", metadata.version))),
         ("wrapmodes", string(if metadata.periodic { "periodic" } else { "clamp" })),
         // Our own.
         ("skyloom:axes", string(&metadata.axes)),
-        ("skyloom:baseHeight", Value::F64(metadata.base_height_m)),
-        ("skyloom:domainExtent", Value::F64(metadata.domain_extent_m)),
+        ("skyloom:baseHeight", float(metadata.base_height_m)),
+        ("skyloom:depth", string(depth)),
+        ("skyloom:domainExtent", float(metadata.domain_extent_m)),
         ("skyloom:origin", vector(metadata.origin)),
+        ("skyloom:scale", float(metadata.scale)),
         ("skyloom:scene", string(&metadata.scene)),
         ("skyloom:sunDirection", vector(metadata.sun_direction)),
         ("skyloom:texture", string(&metadata.texture)),
-        ("skyloom:time", Value::F64(metadata.time_s)),
+        ("skyloom:time", float(metadata.time_s)),
+        // A float holds whole seconds up to half a year only.
+        ("skyloom:timeExact", string(&metadata.time_s.to_string())),
+        ("skyloom:unit", string(&metadata.unit)),
+        ("skyloom:version", string(&metadata.version)),
     ];
-    if pixels.channels.contains(&"A") {
-        list.push(("skyloom:alpha", string(pixels.alpha.name())));
+    let peak = metadata.peak.map(|peak| if peak { "true" } else { "false" });
+    let words = [
+        ("comments", Some(metadata.comments.as_str()).filter(|comments| !comments.is_empty())),
+        ("skyloom:adapter", metadata.adapter.as_deref()),
+        ("skyloom:alpha", pixels.channels.contains(&"A").then(|| pixels.alpha.name())),
+        ("skyloom:component", metadata.component.as_deref()),
+        ("skyloom:peak", peak),
+        ("skyloom:projection", metadata.projection.as_deref()),
+        ("skyloom:view", metadata.view.as_deref()),
+    ];
+    list.extend(words.into_iter().filter_map(|(name, word)| Some((name, string(word?)))));
+    if let Some([zenith, azimuth]) = metadata.direction {
+        list.push(("skyloom:direction", Value::FloatVec2(Vec2(zenith as f32, azimuth as f32))));
     }
-    if !metadata.comments.is_empty() {
-        list.push(("comments", string(&metadata.comments)));
-    }
-    if let Some(luminance) = metadata.white_luminance {
-        list.push(("whiteLuminance", Value::F32(luminance)));
-    }
+    list.extend(metadata.eye.map(|eye| ("skyloom:eye", vector(eye))));
+    list.extend(metadata.expected_error.map(|error| ("skyloom:expectedError", float(error))));
+    // At most a handful.
+    list.extend(metadata.layer.map(|layer| ("skyloom:layer", Value::I32(layer as i32))));
+    list.extend(metadata.white_luminance.map(|luminance| ("whiteLuminance", Value::F32(luminance))));
     if let Some(place) = &metadata.place {
         list.extend([
-            ("latitude", Value::F32(place.latitude_deg as f32)),
-            ("longitude", Value::F32(place.longitude_deg as f32)),
-            ("altitude", Value::F32(place.altitude_m as f32)),
+            ("latitude", float(place.latitude_deg)),
+            ("longitude", float(place.longitude_deg)),
+            ("altitude", float(place.altitude_m)),
             ("capDate", string(&place.utc)),
             ("utcOffset", Value::F32(0.0)),
         ]);

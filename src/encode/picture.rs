@@ -4,43 +4,57 @@ use image::codecs::png::{CompressionType, FilterType, PngEncoder};
 use image::{ExtendedColorType, ImageEncoder as _};
 use rayon::prelude::*;
 
-use super::{Alpha, EncodeError, Pixels};
+use super::precision::fitting;
+use super::{Alpha, At, EncodeError, Pixels};
 
-/// How values become a picture. A colour is divided by alpha if it was multiplied by it (PNG is straight by definition),
-/// multiplied by `2^exposure_stops / white`, sent through the tone curve and then the transfer curve. Values are clipped
-/// to 0 to 1 before they are rounded to integers.
+/// How values become a PNG. PNG is straight by definition, so a colour is divided by alpha if it was multiplied by it.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Picture {
-    /// Exposure in stops: +1 doubles the light.
-    pub exposure_stops: f64,
-    /// The linear value that is 1, display white before the tone curve, at exposure 0; above 0. With
-    /// [`Tonemap::None`] it is the value that becomes the largest integer.
-    pub white: f32,
-    /// Tone curve.
-    pub tonemap: Tonemap,
-    /// Transfer curve.
-    pub transfer: Transfer,
-    /// Bits of a sample.
-    pub depth: PictureDepth,
+pub enum Picture {
+    /// For eyes: colours are multiplied by `2^exposure_stops / white`, sent through the tone curve and then the sRGB curve.
+    /// What is brighter than white is white.
+    Display {
+        /// Exposure in stops: +1 doubles the light.
+        exposure_stops: f64,
+        /// Tone curve.
+        tonemap: Tonemap,
+        /// Bits of a sample.
+        depth: PictureDepth,
+    },
+    /// For programs: values 0 to 1 as they are. Others are refused.
+    Mask {
+        /// What the values were multiplied by.
+        scale: f64,
+        /// Bits of a sample.
+        depth: PictureDepth,
+    },
 }
 
 impl Default for Picture {
-    /// White 1, filmic, sRGB, 8 bits.
+    /// For eyes, filmic, 8 bits.
     fn default() -> Self {
-        Self {
-            exposure_stops: 0.0,
-            white: 1.0,
-            tonemap: Tonemap::Filmic,
-            transfer: Transfer::Srgb,
-            depth: PictureDepth::Eight,
-        }
+        Self::Display { exposure_stops: 0.0, tonemap: Tonemap::Filmic, depth: PictureDepth::Eight }
     }
 }
 
 impl Picture {
-    /// A mask: values 0 to 1 as they are, without exposure, tone curve or transfer curve.
+    /// A mask of values as they are.
     pub fn mask(depth: PictureDepth) -> Self {
-        Self { exposure_stops: 0.0, white: 1.0, tonemap: Tonemap::None, transfer: Transfer::Linear, depth }
+        Self::Mask { scale: 1.0, depth }
+    }
+
+    /// Its encoding in queries: `srgb` for eyes, `linear` for masks.
+    pub fn encoding(&self) -> &'static str {
+        match self {
+            Self::Display { .. } => "srgb",
+            Self::Mask { .. } => "linear",
+        }
+    }
+
+    /// Bits of a sample.
+    pub fn depth(&self) -> PictureDepth {
+        match *self {
+            Self::Display { depth, .. } | Self::Mask { depth, .. } => depth,
+        }
     }
 }
 
@@ -56,6 +70,17 @@ pub enum Tonemap {
 }
 
 impl Tonemap {
+    /// Every curve and its name in queries.
+    pub const ALL: [(&'static str, Self); 2] = [("filmic", Self::Filmic), ("none", Self::None)];
+
+    /// Its name.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::None => "none",
+            Self::Filmic => "filmic",
+        }
+    }
+
     /// Display-linear value, 0 to 1, of an exposed linear value.
     pub fn apply(self, value: f32) -> f32 {
         let x = value.max(0.0);
@@ -69,16 +94,6 @@ impl Tonemap {
     }
 }
 
-/// Transfer curve from display-linear values to samples.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
-pub enum Transfer {
-    /// IEC 61966-2-1, piecewise.
-    #[default]
-    Srgb,
-    /// None: masks and data. Exposure, white and tone curve are not applied either.
-    Linear,
-}
-
 /// Bits of a sample.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
 pub enum PictureDepth {
@@ -89,25 +104,56 @@ pub enum PictureDepth {
     Sixteen,
 }
 
+impl PictureDepth {
+    /// Every depth and its name in queries.
+    pub const ALL: [(&'static str, Self); 2] = [("8", Self::Eight), ("16", Self::Sixteen)];
+
+    /// Bits of a sample.
+    pub fn bits(self) -> u32 {
+        match self {
+            Self::Eight => 8,
+            Self::Sixteen => 16,
+        }
+    }
+
+    /// The sample of 1.
+    fn top(self) -> f32 {
+        match self {
+            Self::Eight => 255.0,
+            Self::Sixteen => 65535.0,
+        }
+    }
+}
+
 /// The sRGB curve of a display-linear value, 0 to 1 (IEC 61966-2-1).
 fn srgb(linear: f32) -> f32 {
     if linear <= 0.003_130_8 { 12.92 * linear } else { 1.055 * linear.powf(1.0 / 2.4) - 0.055 }
 }
 
 /// A PNG file: grey for one channel, RGB for three, RGB with straight alpha for four. Where alpha is 0 colour is black.
-pub fn to_png(pixels: &Pixels<'_>, picture: &Picture) -> Result<Vec<u8>, EncodeError> {
-    pixels.check(false)?;
-    let gain = (picture.exposure_stops.exp2() / f64::from(picture.white)) as f32;
-    if !(gain.is_finite() && gain > 0.0) {
-        return Err(EncodeError::Codec("exposure and white level give no usable gain".to_owned()));
-    }
-    let samples = match picture.depth {
-        PictureDepth::Eight => quantise(pixels, picture, gain, |value| [(value * 255.0).round() as u8]),
-        PictureDepth::Sixteen => {
-            quantise(pixels, picture, gain, |value| ((value * 65535.0).round() as u16).to_ne_bytes())
+/// `white` is the linear value that a picture for eyes shows as white, before its tone curve, at exposure 0; above 0.
+///
+/// # Errors
+/// [`EncodeError::OutsideMask`] when a mask would cut a value off, unless it is the noise of a fraction.
+pub fn to_png(pixels: &Pixels<'_>, picture: &Picture, white: f32) -> Result<Vec<u8>, EncodeError> {
+    pixels.check()?;
+    let depth = picture.depth();
+    let samples = match *picture {
+        Picture::Display { exposure_stops, tonemap, .. } => {
+            let gain = (exposure_stops.exp2() / f64::from(white)) as f32;
+            if !(gain.is_finite() && gain > 0.0) {
+                return Err(EncodeError::Codec("exposure and white level give no usable gain".to_owned()));
+            }
+            quantise(pixels, depth, |value| srgb(tonemap.apply(value * gain)))
+        }
+        Picture::Mask { scale, .. } => {
+            if !(pixels.fraction && scale <= 1.0) {
+                check_mask(pixels, depth, scale)?;
+            }
+            quantise(pixels, depth, |value| value.clamp(0.0, 1.0))
         }
     };
-    let color = match (pixels.channels.len(), picture.depth) {
+    let color = match (pixels.channels.len(), depth) {
         (1, PictureDepth::Eight) => ExtendedColorType::L8,
         (1, PictureDepth::Sixteen) => ExtendedColorType::L16,
         (3, PictureDepth::Eight) => ExtendedColorType::Rgb8,
@@ -123,17 +169,56 @@ pub fn to_png(pixels: &Pixels<'_>, picture: &Picture) -> Result<Vec<u8>, EncodeE
     Ok(file)
 }
 
+/// What a colour is divided by in a file of straight alpha.
+fn divisor(pixels: &Pixels<'_>, alpha: f32) -> f32 {
+    match pixels.alpha {
+        Alpha::Premultiplied => alpha,
+        Alpha::Straight => 1.0,
+    }
+}
+
+/// Refuses values that a mask would cut off: those farther from 0 to 1 than half a step. The colour of a texel whose alpha
+/// is rounded to 0 is seen by nobody.
+fn check_mask(pixels: &Pixels<'_>, depth: PictureDepth, scale: f64) -> Result<(), EncodeError> {
+    let (count, half_step) = (pixels.channels.len(), 0.5 / depth.top());
+    let farthest = |(index, texel): (usize, &[f32])| {
+        let (colour, alpha) = texel.split_at(pixels.lit());
+        let divisor = match alpha.first() {
+            Some(alpha) if *alpha < half_step => return None,
+            Some(alpha) => divisor(pixels, *alpha),
+            None => 1.0,
+        };
+        let values = colour.iter().map(|value| value / divisor).enumerate();
+        let outside = values.filter(|(_, value)| !(-half_step..=1.0 + half_step).contains(value));
+        outside.map(|(channel, value)| (index * count + channel, value)).reduce(farther)
+    };
+    let found = pixels.data.par_chunks(count).enumerate().filter_map(farthest).reduce_with(farther);
+    found.map_or(Ok(()), |(index, value)| {
+        // No scale makes a negative value positive.
+        let scale = if value > 0.0 { fitting(scale / f64::from(value), f64::floor) } else { None };
+        Err(EncodeError::OutsideMask { value, at: At::new(pixels.width, pixels.channels, index), scale })
+    })
+}
+
+/// Of two values and their places the one with the larger magnitude, the first of equal ones.
+fn farther(one: (usize, f32), other: (usize, f32)) -> (usize, f32) {
+    let (first, second) = if one.0 < other.0 { (one, other) } else { (other, one) };
+    if second.1.abs() > first.1.abs() { second } else { first }
+}
+
 /// All samples as bytes, in the byte order of this machine.
-fn quantise<const N: usize>(
+fn quantise(pixels: &Pixels<'_>, depth: PictureDepth, color: impl Fn(f32) -> f32 + Sync) -> Vec<u8> {
+    match depth {
+        PictureDepth::Eight => samples(pixels, color, |value| [(value * 255.0).round() as u8]),
+        PictureDepth::Sixteen => samples(pixels, color, |value| ((value * 65535.0).round() as u16).to_ne_bytes()),
+    }
+}
+
+fn samples<const N: usize>(
     pixels: &Pixels<'_>,
-    picture: &Picture,
-    gain: f32,
+    color: impl Fn(f32) -> f32 + Sync,
     round: impl Fn(f32) -> [u8; N] + Sync,
 ) -> Vec<u8> {
-    let color = |value: f32| match picture.transfer {
-        Transfer::Srgb => srgb(picture.tonemap.apply(value * gain)),
-        Transfer::Linear => value.clamp(0.0, 1.0),
-    };
     let count = pixels.channels.len();
     let row_len = pixels.row_len();
     let mut samples = vec![0_u8; pixels.data.len() * N];
@@ -141,10 +226,7 @@ fn quantise<const N: usize>(
         let (to, _) = to.as_chunks_mut::<N>();
         for (to, texel) in to.chunks_mut(count).zip(row.chunks(count)) {
             if let ([r, g, b, a], [red, green, blue, alpha]) = (&mut *to, texel) {
-                let divisor = match pixels.alpha {
-                    Alpha::Premultiplied => *alpha,
-                    Alpha::Straight => 1.0,
-                };
+                let divisor = divisor(pixels, *alpha);
                 for (to, value) in [r, g, b].into_iter().zip([red, green, blue]) {
                     // Without alpha there is no colour to restore.
                     *to = round(if *alpha > 0.0 { color(value / divisor) } else { 0.0 });

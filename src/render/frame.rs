@@ -7,9 +7,9 @@ use crate::gpu::HostMap;
 use crate::gpu::layout::{Frame, MIN_COSINE, View};
 use crate::image::{Image, ImageEncoding};
 use crate::light::{Grids, LayerShape, SceneShape, grids, shift_uv};
-use crate::plan::{Plan, field_resolution};
+use crate::plan::{Plan, expected_error, field_resolution};
 use crate::reference::Map;
-use crate::request::{Component, Request, Side, TextureKind, Transport};
+use crate::request::{Component, Request, Side, TextureKind, Transport, Viewer};
 use crate::scene::quantity::Quantity as _;
 use crate::scene::{GroundAlbedo, Scene, Thickness};
 use crate::slice::without_peak;
@@ -342,20 +342,55 @@ pub(super) fn metadata(scene: &Scene, request: &Request, texture: &Texture) -> M
         TextureKind::Irradiance => "downward irradiance on the ground",
         TextureKind::Thickness => "geometric thickness of cloud, metres",
     };
+    let cloud = request.texture == TextureKind::Cloud;
+    let irradiance = request.texture == TextureKind::Irradiance;
+    let (direction, eye) = match request.viewer {
+        _ if !cloud => (None, None),
+        Viewer::At(place) => (None, Some(place)),
+        Viewer::Parallel([x, y, z]) => {
+            let azimuth = x.atan2(y).to_degrees().rem_euclid(360.0);
+            (Some([x.hypot(y).atan2(z.abs()).to_degrees(), azimuth]), None)
+        }
+    };
+    let choices = Plan::new(request).explain(scene, request);
     Metadata {
+        texture: request.texture.name().to_owned(),
+        comments: meaning.to_owned(),
+        // The scene gives its own light: which unit that is in is the caller's knowledge.
+        unit: match request.texture {
+            TextureKind::Cloud => "the scene's unit of irradiance per steradian",
+            TextureKind::Irradiance => "the scene's unit of irradiance",
+            TextureKind::Shadow => "1",
+            TextureKind::Thickness => "m",
+        }
+        .to_owned(),
+        scale: request.scale,
+        component: irradiance.then(|| {
+            match request.component {
+                Component::Total => "total",
+                Component::Direct => "direct",
+                Component::Diffuse => "diffuse",
+            }
+            .to_owned()
+        }),
+        peak: (irradiance || request.texture == TextureKind::Shadow).then_some(request.peak),
+        view: cloud.then(|| if request.side == Side::Above { "above" } else { "below" }.to_owned()),
+        periodic: eye.is_none(),
+        direction,
+        eye,
+        projection: Some("plane".to_owned()),
+        layer: request.layer,
+        expected_error: Some(expected_error(&choices)),
         domain_extent_m: scene.extent_m(),
         origin: [0.0, 0.0, texture.plane_m],
         sun_direction: scene.sun_direction(),
         base_height_m: scene.base_m(),
         time_s: request.time_s,
         axes: "enu".to_owned(),
-        texture: request.texture.name().to_owned(),
-        comments: meaning.to_owned(),
         scene: scene.id(),
-        software: format!("skyloom {}", *crate::VERSION),
-        // The scene gives its own light: whether its unit is kcd/m² is the caller's knowledge.
+        version: crate::VERSION.clone(),
+        adapter: None,
         white_luminance: None,
-        periodic: true,
         place: None,
     }
 }

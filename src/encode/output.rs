@@ -1,0 +1,186 @@
+//! How a texture is put out: what a query says about the file, and the texels as the query wants them.
+
+use rayon::prelude::*;
+
+use super::{At, Depth, EncodeError, Picture};
+
+/// A file format.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Format {
+    /// OpenEXR, half or float.
+    Exr,
+    /// A picture to look at, or a mask.
+    Png,
+    /// Raw little-endian floats.
+    F32,
+}
+
+impl Format {
+    /// Every format.
+    pub const ALL: [Self; 3] = [Self::Exr, Self::Png, Self::F32];
+
+    /// The file name's extension.
+    pub fn extension(self) -> &'static str {
+        match self {
+            Self::Exr => "exr",
+            Self::Png => "png",
+            Self::F32 => "f32",
+        }
+    }
+
+    /// The media type of a reply.
+    pub fn media_type(self) -> &'static str {
+        match self {
+            Self::Exr => "image/x-exr",
+            Self::Png => "image/png",
+            Self::F32 => "application/octet-stream",
+        }
+    }
+}
+
+/// How colour relates to alpha.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+pub enum Alpha {
+    /// Colours are multiplied by alpha, and may be above it: light that the cloud scatters into the view.
+    #[default]
+    Premultiplied,
+    /// Colours are divided by alpha.
+    Straight,
+}
+
+impl Alpha {
+    /// Every kind and its name in queries and metadata.
+    pub const ALL: [(&'static str, Self); 2] = [("premultiplied", Self::Premultiplied), ("straight", Self::Straight)];
+
+    /// Its name.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Premultiplied => "premultiplied",
+            Self::Straight => "straight",
+        }
+    }
+}
+
+/// What is done to linear values before they are written.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Linear {
+    /// Multiplies all channels but alpha; 10^-6 to 10^6.
+    pub scale: f64,
+    /// How colour goes with alpha; of no effect on textures without alpha.
+    pub alpha: Alpha,
+}
+
+impl Default for Linear {
+    /// Values as they are.
+    fn default() -> Self {
+        Self { scale: 1.0, alpha: Alpha::Premultiplied }
+    }
+}
+
+/// How a texture is put out. Each kind of file has the settings that touch it and no others: a picture's white goes with
+/// the light, so a scale would cancel, and PNG has straight alpha by definition.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Output {
+    /// OpenEXR.
+    Exr {
+        /// The values.
+        linear: Linear,
+        /// Precision of the samples; `None`: half where half holds the values, else float.
+        depth: Option<Depth>,
+    },
+    /// PNG.
+    Png(Picture),
+    /// Raw floats.
+    F32 {
+        /// The values.
+        linear: Linear,
+    },
+}
+
+/// Alpha that counts as none where colour is divided by it: there is nothing to see, and the quotient would be noise.
+const LEAST_ALPHA: f32 = 1e-20;
+
+impl Output {
+    /// A format with the defaults of its settings.
+    pub fn new(format: Format) -> Self {
+        let linear = Linear::default();
+        match format {
+            Format::Exr => Self::Exr { linear, depth: None },
+            Format::Png => Self::Png(Picture::default()),
+            Format::F32 => Self::F32 { linear },
+        }
+    }
+
+    /// The format of the file.
+    pub fn format(&self) -> Format {
+        match self {
+            Self::Exr { .. } => Format::Exr,
+            Self::Png(_) => Format::Png,
+            Self::F32 { .. } => Format::F32,
+        }
+    }
+
+    /// What is done to the values. A picture for eyes takes them as they are.
+    pub fn linear(&self) -> Linear {
+        match *self {
+            Self::Exr { linear, .. } | Self::F32 { linear } => linear,
+            Self::Png(Picture::Mask { scale, .. }) => Linear { scale, alpha: Alpha::Premultiplied },
+            Self::Png(Picture::Display { .. }) => Linear::default(),
+        }
+    }
+
+    /// Scales linear, premultiplied texels, `width` of them in a row, and divides their colours by alpha where that is
+    /// wanted, and their standard errors, those of all channels but alpha, with them.
+    ///
+    /// # Errors
+    /// [`EncodeError::Overflow`] where a finite value becomes too large for a float.
+    pub fn finish(
+        &self,
+        width: u32,
+        channels: &[&str],
+        data: &mut [f32],
+        errors: Option<&mut [f32]>,
+    ) -> Result<(), EncodeError> {
+        let Linear { scale, alpha } = self.linear();
+        let (scale, straight) = (scale as f32, alpha == Alpha::Straight && channels.len() > 3);
+        if scale == 1.0 && !straight {
+            return Ok(());
+        }
+        let count = channels.len().max(1);
+        let lit = count.min(3);
+        let work = |(index, (texel, error)): (usize, (&mut [f32], &mut [f32]))| {
+            let (colour, alpha) = texel.split_at_mut(lit);
+            let factor = match alpha.first() {
+                Some(alpha) if straight => {
+                    if *alpha > LEAST_ALPHA {
+                        scale / alpha
+                    } else {
+                        0.0
+                    }
+                }
+                _ => scale,
+            };
+            let mut bad = None;
+            for (place, value) in colour.iter_mut().enumerate().chain(error.iter_mut().enumerate()) {
+                let before = std::mem::replace(value, *value * factor);
+                if before.is_finite() && !value.is_finite() {
+                    bad = bad.or(Some((count * index + place, before, factor)));
+                }
+            }
+            bad
+        };
+        let texels = data.par_chunks_mut(count);
+        let bad = match errors {
+            Some(errors) => texels.zip(errors.par_chunks_mut(lit)).enumerate().filter_map(work).min_by_key(|bad| bad.0),
+            None => {
+                let alone = |(index, texel)| work((index, (texel, &mut [])));
+                texels.enumerate().filter_map(alone).min_by_key(|bad| bad.0)
+            }
+        };
+        bad.map_or(Ok(()), |(index, value, factor)| {
+            // Without the scale, would the quotient fit?
+            let field = if (value * (factor / scale)).is_finite() { "scale" } else { "alpha" };
+            Err(EncodeError::Overflow { field, value, at: At::new(width, channels, index) })
+        })
+    }
+}
