@@ -642,7 +642,7 @@ fn output(request: &Request) -> encode::Output {
 ///
 /// # Errors
 /// Values that the file cannot hold, or a texel that is not finite, which would be a fault of the renderer.
-pub fn encode(texture: &Texture, job: &Job) -> Result<Vec<u8>, EncodeError> {
+pub fn encode(texture: &Texture, job: &Job) -> Result<Vec<u8>, RenderError> {
     let output = output(&job.request);
     let pixels = encode::Pixels {
         width: texture.width,
@@ -654,5 +654,5 @@ pub fn encode(texture: &Texture, job: &Job) -> Result<Vec<u8>, EncodeError> {
         fraction: job.request.texture == TextureKind::Shadow,
     };
     let metadata = frame::metadata(&job.scene, &job.request, texture);
-    Ok(encode::encode(&pixels, &metadata, &output, texture.white)?.bytes)
+    encode::encode(&pixels, &metadata, &output, texture.white).map(|encoded| encoded.bytes).map_err(refused)
 }

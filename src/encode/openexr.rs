@@ -53,12 +53,23 @@ impl Depth {
     }
 }
 
+/// What a channel holds.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(super) enum Kind {
+    /// Light, or what a texture of one channel has instead.
+    Light,
+    Alpha,
+    /// Standard errors.
+    Errors,
+}
+
 /// A channel of the file: every `step`th value of the data from the place on.
-struct Channel<'a> {
-    name: String,
-    data: &'a [f32],
-    place: usize,
-    step: usize,
+pub(super) struct Channel<'a> {
+    pub(super) name: String,
+    pub(super) kind: Kind,
+    pub(super) data: &'a [f32],
+    pub(super) place: usize,
+    pub(super) step: usize,
 }
 
 /// An OpenEXR file with standard errors as channels of the layer `error` and the metadata as attributes: the standard ones
@@ -83,11 +94,12 @@ struct Channel<'a> {
 /// [`EncodeError::AboveHalf`] and [`EncodeError::BelowHalf`] when half was asked for and cannot hold the texture.
 pub fn to_exr(pixels: &Pixels<'_>, metadata: &Metadata, depth: Option<Depth>) -> Result<Encoded, EncodeError> {
     pixels.check()?;
+    let channels = channels(pixels);
     let (depth, reason) = match depth {
-        None => why_float(pixels).map_or((Depth::Half, None), |reason| (Depth::Float, Some(reason))),
+        None => why_float(&channels, pixels.width).map_or((Depth::Half, None), |reason| (Depth::Float, Some(reason))),
         Some(depth) => {
             if depth == Depth::Half {
-                check_half(pixels, metadata.scale)?;
+                check_half(&channels, pixels.width, metadata.scale)?;
             }
             (depth, None)
         }
@@ -96,7 +108,6 @@ pub fn to_exr(pixels: &Pixels<'_>, metadata: &Metadata, depth: Option<Depth>) ->
         Depth::Half => SampleType::F16,
         Depth::Float => SampleType::F32,
     };
-    let channels = channels(pixels);
     let size = Vec2(pixels.width as usize, pixels.height as usize);
     let header = Header::new(
         Text::default(),
@@ -149,13 +160,14 @@ pub fn to_exr(pixels: &Pixels<'_>, metadata: &Metadata, depth: Option<Depth>) ->
 /// Channels in the order of their names, as the file has them.
 fn channels<'a>(pixels: &Pixels<'a>) -> Vec<Channel<'a>> {
     let (step, lit) = (pixels.channels.len(), pixels.lit());
-    let named = pixels.channels.iter().enumerate();
-    let values = named.clone().map(|(place, &name)| Channel { name: name.to_owned(), data: pixels.data, place, step });
-    let errors = pixels.errors.into_iter().flat_map(|data| {
-        let lit_channels = named.clone().take(lit);
-        lit_channels.map(move |(place, name)| Channel { name: error_name(name), data, place, step: lit })
-    });
-    let mut channels: Vec<_> = values.chain(errors).collect();
+    let mut channels = Vec::with_capacity(step + lit);
+    for (place, &name) in pixels.channels.iter().enumerate() {
+        let kind = if place < lit { Kind::Light } else { Kind::Alpha };
+        channels.push(Channel { name: name.to_owned(), kind, data: pixels.data, place, step });
+        if let (Some(data), Kind::Light) = (pixels.errors, kind) {
+            channels.push(Channel { name: error_name(name), kind: Kind::Errors, data, place, step: lit });
+        }
+    }
     channels.sort_unstable_by(|one, other| one.name.cmp(&other.name));
     channels
 }
@@ -187,7 +199,8 @@ fn attributes(
     let window = IntegerBounds::from_dimensions((pixels.width as usize, pixels.height as usize));
     let string = |value: &str| Value::Text(text(value));
     let float = |value: f64| Value::F32(value as f32);
-    let vector = |[x, y, z]: [f64; 3]| Value::FloatVec3((x as f32, y as f32, z as f32));
+    // Without negative zeros.
+    let vector = |[x, y, z]: [f64; 3]| Value::FloatVec3((x as f32 + 0.0, y as f32 + 0.0, z as f32 + 0.0));
     let d65 = Vec2(0.3127, 0.3290);
     let mut list = vec![
         // Required by the format.

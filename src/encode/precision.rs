@@ -3,7 +3,8 @@
 use half::f16;
 use rayon::prelude::*;
 
-use super::{At, EncodeError, Pixels, error_name};
+use super::openexr::{Channel, Kind};
+use super::{At, EncodeError};
 
 /// From here on a value is nearer to 65536 than to 65504, the largest half float.
 const HALF_END: f32 = 65_520.0;
@@ -16,74 +17,65 @@ const HALF_DARK: f32 = 0.0625;
 struct Largest {
     value: f32,
     at: At,
+    kind: Kind,
 }
 
-/// The largest magnitudes of all channels, those of standard errors after those of the values.
-fn largest(pixels: &Pixels<'_>) -> (Vec<Largest>, Vec<Largest>) {
-    let of = |data: &[f32], channels: &[&str], name: &dyn Fn(&str) -> String| -> Vec<Largest> {
-        let count = channels.len();
-        let row_len = (pixels.width as usize * count).max(1);
+impl Largest {
+    fn of(channel: &Channel<'_>, width: u32) -> Self {
+        let row_len = (width as usize * channel.step).max(1);
         // The first of equal ones, however the rows are shared out.
-        let larger = |old: Option<(usize, f32)>, new: Option<(usize, f32)>| match (old, new) {
-            (Some((old_at, old)), Some((at, new)))
-                if new.abs() > old.abs() || (new.abs() == old.abs() && at < old_at) =>
-            {
-                Some((at, new))
-            }
-            (None, new) => new,
-            (old, _) => old,
+        let larger = |one: (usize, f32), other: (usize, f32)| {
+            let (first, second) = if one.0 <= other.0 { (one, other) } else { (other, one) };
+            if second.1.abs() > first.1.abs() { second } else { first }
         };
-        let place = |channel: usize| {
-            let rows = data.par_chunks(row_len).enumerate().map(|(row, values)| {
-                let values = values.iter().enumerate().skip(channel).step_by(count);
-                values.fold(None, |most, (column, &value)| larger(most, Some((row * row_len + column, value))))
-            });
-            rows.reduce(|| None, larger)
-        };
-        let found = (0..count).filter_map(place);
-        let named = found.map(|(index, value)| {
-            let at = At::new(pixels.width, channels, index);
-            Largest { value, at: At { channel: name(&at.channel), ..at } }
+        let rows = channel.data.par_chunks(row_len).enumerate().map(|(row, values)| {
+            let values = values.iter().skip(channel.place).step_by(channel.step).enumerate();
+            let numbered = values.map(|(column, &value)| (row * width as usize + column, value));
+            numbered.reduce(larger).unwrap_or_default()
         });
-        named.collect()
-    };
-    let lit = pixels.channels.get(..pixels.lit()).unwrap_or_default();
-    let errors = pixels.errors.map_or_else(Vec::new, |errors| of(errors, lit, &error_name));
-    (of(pixels.data, pixels.channels, &str::to_owned), errors)
-}
-
-/// The one with the largest magnitude, the first of equal ones.
-fn most<'a>(values: impl Iterator<Item = &'a Largest>) -> Option<&'a Largest> {
-    values.reduce(|old, new| if new.value.abs() > old.value.abs() { new } else { old })
-}
-
-/// Why floats are needed, if halves cannot hold the texture: a value is above their range, or a whole channel is so dark
-/// that its digits are lost. Alpha is no light, and errors are no texels: they may be small.
-pub(super) fn why_float(pixels: &Pixels<'_>) -> Option<String> {
-    let (values, errors) = largest(pixels);
-    if let Some(Largest { value, at }) = most(values.iter().chain(&errors)).filter(|l| l.value.abs() >= HALF_END) {
-        return Some(format!("largest value {} ({at}) is above 65504, the largest half float", number(*value)));
+        let (texel, value) = rows.reduce_with(larger).unwrap_or_default();
+        Self { value, at: At::new(width, &[&channel.name], texel), kind: channel.kind }
     }
-    let dark = |l: &&Largest| l.value != 0.0 && l.value.abs() < HALF_DARK;
-    let Largest { value, at } = values.iter().take(pixels.lit()).find(dark)?;
-    let channel = &at.channel;
-    Some(format!("largest value {} of channel {channel} is below {HALF_DARK}: halves lose digits", number(*value)))
+
+    /// The brightest of some channels, the first of equal ones.
+    fn most(channels: impl Iterator<Item = Self>) -> Option<Self> {
+        channels.reduce(|old, new| if new.value.abs() > old.value.abs() { new } else { old })
+    }
+
+    fn is_light(&self) -> bool {
+        self.kind == Kind::Light && self.value != 0.0
+    }
 }
 
-/// Refuses a texture that halves, asked for by name, cannot hold. Dark texels may lose digits, but not all of them.
-pub(super) fn check_half(pixels: &Pixels<'_>, scale: f64) -> Result<(), EncodeError> {
-    let (values, errors) = largest(pixels);
-    if let Some(Largest { value, at }) = most(values.iter().chain(&errors)).filter(|l| l.value.abs() >= HALF_END) {
-        let scale = fitting(scale * f64::from(f16::MAX) / f64::from(value.abs()), f64::floor);
-        return Err(EncodeError::AboveHalf { value: *value, at: at.clone(), scale });
+/// Why floats are needed, if halves cannot hold the channels: a value is above their range, or a whole channel is so dark
+/// that its digits are lost. Alpha is no light, and standard errors need few digits: they may be small.
+pub(super) fn why_float(channels: &[Channel<'_>], width: u32) -> Option<String> {
+    let mut found: Vec<Largest> = channels.iter().map(|channel| Largest::of(channel, width)).collect();
+    if found.iter().any(|largest| largest.value.abs() >= HALF_END) {
+        let Largest { value, at, .. } = Largest::most(found.into_iter())?;
+        return Some(format!("largest value {} ({at}) is above 65504, the largest half float", number(value)));
     }
-    let smallest = f16::MIN_POSITIVE.to_f32();
-    match most(values.iter().take(pixels.lit())) {
-        Some(Largest { value, at }) if *value != 0.0 && value.abs() < smallest => {
-            let scale = fitting(scale * f64::from(HALF_DARK) / f64::from(value.abs()), f64::ceil);
-            Err(EncodeError::BelowHalf { value: *value, at: at.clone(), scale })
-        }
-        _ => Ok(()),
+    found.retain(|largest| largest.is_light() && largest.value.abs() < HALF_DARK);
+    let Largest { value, at, .. } =
+        found.into_iter().reduce(|old, new| if new.value.abs() < old.value.abs() { new } else { old })?;
+    Some(format!("largest value {} of channel {} is below {HALF_DARK}: halves lose digits", number(value), at.channel))
+}
+
+/// Refuses channels that halves, asked for by name, cannot hold. Dark texels may lose digits, but not all of them.
+pub(super) fn check_half(channels: &[Channel<'_>], width: u32, scale: f64) -> Result<(), EncodeError> {
+    let mut found: Vec<Largest> = channels.iter().map(|channel| Largest::of(channel, width)).collect();
+    let above = found.iter().any(|largest| largest.value.abs() >= HALF_END);
+    if !above {
+        found.retain(Largest::is_light);
+    }
+    let Some(Largest { value, at, .. }) = Largest::most(found.into_iter()) else { return Ok(()) };
+    let fits = |limit: f64, round| fitting(scale * limit / f64::from(value.abs()), round);
+    if above {
+        Err(EncodeError::AboveHalf { value, at, scale: fits(f16::MAX.into(), f64::floor) })
+    } else if value.abs() < f16::MIN_POSITIVE.to_f32() {
+        Err(EncodeError::BelowHalf { value, at, scale: fits(HALF_DARK.into(), f64::ceil) })
+    } else {
+        Ok(())
     }
 }
 

@@ -379,7 +379,7 @@ pub(super) fn metadata(scene: &Scene, request: &Request, texture: &Texture) -> M
         direction,
         eye,
         projection: Some("plane".to_owned()),
-        layer: request.layer,
+        layer: request.layer.filter(|_| cloud || request.texture == TextureKind::Thickness),
         expected_error: Some(expected_error(&choices)),
         domain_extent_m: scene.extent_m(),
         origin: [0.0, 0.0, texture.plane_m],
