@@ -2,23 +2,33 @@
 
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
 
-use std::collections::HashMap;
+use std::collections::{BTreeMap, HashMap};
 use std::io::Cursor;
 
 use exr::image::write::samples::WritableSamples as _;
 use exr::meta::attribute::{AttributeValue, SampleType};
 use exr::prelude::{ReadChannels as _, ReadLayers as _, Text, Vec2};
 use half::f16;
+use proptest::prelude::*;
 use skyloom::encode::{
-    Alpha, Depth, EncodeError, Metadata, Picture, PictureDepth, Pixels, Place, Tonemap, Transfer, to_exr, to_f32,
-    to_png,
+    Alpha, At, Depth, EncodeError, Encoded, Format, Linear, Metadata, Output, Picture, PictureDepth, Pixels, Place,
+    Tonemap, encode, to_exr, to_f32, to_png,
 };
 use skyloom::image::{ImageEncoding, ImageLimits, decode};
 
 const RGBA: [&str; 4] = ["R", "G", "B", "A"];
 
 fn pixels<'a>(width: u32, height: u32, channels: &'a [&'a str], data: &'a [f32]) -> Pixels<'a> {
-    Pixels { width, height, channels, data, alpha: Alpha::Premultiplied }
+    Pixels { width, height, channels, data, errors: None, alpha: Alpha::Premultiplied, fraction: false }
+}
+
+/// Texels in one row.
+fn row<'a>(channels: &'a [&'a str], data: &'a [f32]) -> Pixels<'a> {
+    pixels((data.len() / channels.len()) as u32, 1, channels, data)
+}
+
+fn exr(texture: &Pixels<'_>, depth: Option<Depth>) -> Encoded {
+    to_exr(texture, &metadata(), depth).unwrap()
 }
 
 /// Numbers that halves hold exactly, all different.
@@ -28,16 +38,27 @@ fn ramp(count: usize) -> Vec<f32> {
 
 fn metadata() -> Metadata {
     Metadata {
+        texture: "cloud".to_owned(),
+        comments: "radiance".to_owned(),
+        unit: "kcd/m2".to_owned(),
+        scale: 1.0,
+        component: None,
+        peak: None,
+        view: None,
+        direction: None,
+        eye: None,
+        projection: None,
+        layer: None,
+        expected_error: None,
         domain_extent_m: 20_000.125,
         origin: [1.0, -2.0, 3.5],
-        sun_direction: [0.0, -0.6, 0.8],
+        sun_direction: [-0.0, -0.6, 0.8],
         base_height_m: 1000.0,
-        time_s: 86_400.1,
+        time_s: 123_456_789.1,
         axes: "enu".to_owned(),
-        texture: "cloud".to_owned(),
-        comments: "radiance in kcd/m2".to_owned(),
         scene: "0123abcd".to_owned(),
-        software: "skyloom 0.1.0".to_owned(),
+        version: "0.1.0+abc".to_owned(),
+        adapter: None,
         white_luminance: Some(1000.0),
         periodic: true,
         place: None,
@@ -70,14 +91,15 @@ fn channel(data: &[f32], count: usize, place: usize) -> Vec<f32> {
 
 #[test]
 fn another_reader_finds_names_values_and_sizes_of_half_and_float_files() {
-    let names: [&[&str]; 3] = [&["R"], &["R", "G", "B"], &RGBA];
+    let names: [&[&str]; 3] = [&["Y"], &["R", "G", "B"], &RGBA];
     for channels in names {
         // One texel, taller than wide, and more rows than fit in one block.
         for (width, height) in [(1_u32, 1_u32), (3, 5), (7, 37)] {
             let data = ramp((width * height) as usize * channels.len());
             for (depth, sample_type) in [(Depth::Half, SampleType::F16), (Depth::Float, SampleType::F32)] {
-                let file = to_exr(&pixels(width, height, channels, &data), &metadata(), depth).unwrap();
-                let (found, header) = read_exr(&file);
+                let file = exr(&pixels(width, height, channels, &data), Some(depth));
+                assert_eq!((file.bits, file.reason), (depth.bits(), None));
+                let (found, header) = read_exr(&file.bytes);
                 assert_eq!(header.layer_size, Vec2(width as usize, height as usize));
                 assert_eq!(found.len(), channels.len());
                 for (place, &name) in channels.iter().enumerate() {
@@ -92,19 +114,48 @@ fn another_reader_finds_names_values_and_sizes_of_half_and_float_files() {
 fn files_longer_than_a_batch_of_blocks_keep_their_rows_in_order() {
     let (width, height) = (2, 64 * 16 * 2 + 5);
     let data: Vec<f32> = (0..width * height).map(|i| i as f32).collect();
-    let file = to_exr(&pixels(width, height, &["R"], &data), &metadata(), Depth::Float).unwrap();
-    assert_eq!(read_exr(&file).0["R"].1, data);
+    let file = exr(&pixels(width, height, &["Y"], &data), Some(Depth::Float)).bytes;
+    assert_eq!(read_exr(&file).0["Y"].1, data);
     assert_eq!(decode(&file, &ImageLimits::default()).unwrap().data, data);
+}
+
+/// Attributes of skyloom's own without their prefix, as text, and the header.
+fn own_attributes(file: &[u8]) -> (BTreeMap<String, String>, exr::meta::header::Header) {
+    let (_, header) = read_exr(file);
+    let text = |value: &AttributeValue| match value {
+        AttributeValue::Text(text) => format!("\"{text}\""),
+        AttributeValue::F32(value) => value.to_string(),
+        AttributeValue::I32(value) => format!("int {value}"),
+        AttributeValue::FloatVec2(value) => format!("{:?}", (value.0, value.1)),
+        AttributeValue::FloatVec3(value) => format!("{value:?}"),
+        other => panic!("a type that stock readers do not know: {other:?}"),
+    };
+    let named = header.own_attributes.other.iter().map(|(name, value)| {
+        (name.to_string().strip_prefix("skyloom:").unwrap_or_else(|| panic!("{name}")).to_owned(), text(value))
+    });
+    (named.collect(), header)
 }
 
 #[test]
 fn another_reader_finds_the_attributes() {
-    let data = ramp(4);
     let place =
         Place { latitude_deg: 52.5, longitude_deg: -13.25, altitude_m: 34.0, utc: "2026:06:21 10:00:00".into() };
-    let with_place = Metadata { place: Some(place), ..metadata() };
-    let file = to_exr(&pixels(1, 1, &RGBA, &data), &with_place, Depth::Half).unwrap();
-    let (_, header) = read_exr(&file);
+    let whole = Metadata {
+        component: Some("diffuse".to_owned()),
+        peak: Some(true),
+        view: Some("above".to_owned()),
+        direction: Some([40.0, 20.5]),
+        eye: Some([0.5, -12_000.0, 14_000.0]),
+        projection: Some("plane".to_owned()),
+        layer: Some(2),
+        expected_error: Some(0.015_625),
+        adapter: Some("a device".to_owned()),
+        scale: 1000.0,
+        place: Some(place),
+        ..metadata()
+    };
+    let file = to_exr(&pixels(1, 1, &RGBA, &ramp(4)), &whole, None).unwrap();
+    let (found, header) = own_attributes(&file.bytes);
 
     let color = header.shared_attributes.chromaticities.unwrap();
     assert_eq!((color.red, color.green), (Vec2(0.64, 0.33), Vec2(0.30, 0.60)));
@@ -114,41 +165,282 @@ fn another_reader_finds_the_attributes() {
     assert_eq!(own.white_luminance, Some(1000.0));
     assert_eq!(own.adopted_neutral, Some(Vec2(0.3127, 0.3290)));
     assert_eq!(own.wrap_mode_name, text("periodic"));
-    assert_eq!(own.software_name, text("skyloom 0.1.0"));
-    assert_eq!(own.comments, text("radiance in kcd/m2"));
+    assert_eq!(own.software_name, text("skyloom 0.1.0+abc"));
+    assert_eq!(own.comments, text("radiance"));
     assert_eq!((own.latitude, own.longitude, own.altitude), (Some(52.5), Some(-13.25), Some(34.0)));
     assert_eq!((own.capture_date.clone(), own.utc_offset), (text("2026:06:21 10:00:00"), Some(0.0)));
 
-    let other = |name: &str| own.other.get(&Text::from(name)).cloned().unwrap_or_else(|| panic!("{name}"));
-    let string = |value: &str| AttributeValue::Text(Text::from(value));
-    assert_eq!(other("skyloom:domainExtent"), AttributeValue::F64(20_000.125));
-    assert_eq!(other("skyloom:baseHeight"), AttributeValue::F64(1000.0));
-    assert_eq!(other("skyloom:time"), AttributeValue::F64(86_400.1));
-    assert_eq!(other("skyloom:origin"), AttributeValue::FloatVec3((1.0, -2.0, 3.5)));
-    assert_eq!(other("skyloom:sunDirection"), AttributeValue::FloatVec3((0.0, -0.6, 0.8)));
-    assert_eq!(other("skyloom:axes"), string("enu"));
-    assert_eq!(other("skyloom:alpha"), string("premultiplied"));
-    assert_eq!(other("skyloom:scene"), string("0123abcd"));
-    assert_eq!(other("skyloom:texture"), string("cloud"));
+    let always = [
+        ("alpha", "\"premultiplied\""),
+        ("axes", "\"enu\""),
+        ("baseHeight", "1000"),
+        ("depth", "\"half\""),
+        ("domainExtent", "20000.125"),
+        ("origin", "(1.0, -2.0, 3.5)"),
+        ("scale", "1000"),
+        ("scene", "\"0123abcd\""),
+        ("sunDirection", "(0.0, -0.6, 0.8)"),
+        ("texture", "\"cloud\""),
+        // The nearest float, and all digits.
+        ("time", "123456790"),
+        ("timeExact", "\"123456789.1\""),
+        ("unit", "\"kcd/m2\""),
+        ("version", "\"0.1.0+abc\""),
+    ];
+    let applicable = [
+        ("adapter", "\"a device\""),
+        ("component", "\"diffuse\""),
+        ("direction", "(40.0, 20.5)"),
+        ("expectedError", "0.015625"),
+        ("eye", "(0.5, -12000.0, 14000.0)"),
+        ("layer", "int 2"),
+        ("peak", "\"true\""),
+        ("projection", "\"plane\""),
+        ("view", "\"above\""),
+    ];
+    let texts = |list: &[(&str, &str)]| list.iter().map(|&(name, value)| (name.into(), value.into())).collect();
+    let mut all: BTreeMap<String, String> = texts(&always);
+    all.append(&mut texts(&applicable));
+    assert_eq!(found, all);
 
-    let plain = Metadata { white_luminance: None, periodic: false, comments: String::new(), ..metadata() };
-    let (_, header) = read_exr(&to_exr(&pixels(1, 1, &["R"], &[1.0]), &plain, Depth::Half).unwrap());
+    let plain =
+        Metadata { white_luminance: None, periodic: false, comments: String::new(), scale: 1000.0, ..metadata() };
+    let (found, header) = own_attributes(&to_exr(&row(&["Y"], &[1.0]), &plain, None).unwrap().bytes);
     assert_eq!((header.own_attributes.white_luminance, header.own_attributes.comments), (None, None));
     assert_eq!(header.own_attributes.wrap_mode_name, text("clamp"));
-    assert!(!header.own_attributes.other.contains_key(&Text::from("skyloom:alpha")));
+    let mut without_alpha: BTreeMap<String, String> = texts(&always);
+    without_alpha.remove("alpha");
+    assert_eq!(found, without_alpha);
 }
 
 #[test]
-fn halves_are_rounded_to_the_nearest_and_clipped_at_65504() {
+fn halves_are_rounded_to_the_nearest() {
     let step = 1.0 / 1024.0;
-    // A tie goes to the even neighbour; just beside it, to the nearer one.
-    let data = [1.0 + 0.5 * step, 1.0 + 1.5 * step, 1.0 + 0.501 * step, 65_504.0, 65_520.0, 1e9, -1e9, 0.0, 3.0e-8];
-    let file = to_exr(&pixels(3, 3, &["R"], &data), &metadata(), Depth::Half).unwrap();
+    // A tie goes to the even neighbour; just beside it, to the nearer one; 65519 is nearer to the largest than to 65536.
+    let data = [1.0 + 0.5 * step, 1.0 + 1.5 * step, 1.0 + 0.501 * step, 65_504.0, 65_519.0, -65_519.0, 0.0, 3.0e-8];
     let smallest = f16::from_bits(1).to_f32();
-    let expected = [1.0, 1.0 + 2.0 * step, 1.0 + step, 65_504.0, 65_504.0, 65_504.0, -65_504.0, 0.0, smallest];
-    assert_eq!(read_exr(&file).0["R"].1, expected);
-    let exact = to_exr(&pixels(3, 3, &["R"], &data), &metadata(), Depth::Float).unwrap();
-    assert_eq!(read_exr(&exact).0["R"].1, data);
+    let expected = [1.0, 1.0 + 2.0 * step, 1.0 + step, 65_504.0, 65_504.0, -65_504.0, 0.0, smallest];
+    for depth in [None, Some(Depth::Half)] {
+        let file = exr(&row(&["Y"], &data), depth);
+        assert_eq!((file.bits, read_exr(&file.bytes).0["Y"].1.as_slice()), (16, &expected[..]));
+    }
+    assert_eq!(read_exr(&exr(&row(&["Y"], &data), Some(Depth::Float)).bytes).0["Y"].1, data);
+}
+
+#[test]
+fn what_halves_cannot_hold_is_written_as_floats_and_the_file_says_why() {
+    let cases: [(&[&str], &[f32], Option<&str>); 12] = [
+        (
+            &["Y"],
+            &[1.0, 98_000.5],
+            Some("largest value 98000.5 (channel Y, column 1, row 0) is above 65504, the largest half float"),
+        ),
+        (
+            &["Y"],
+            &[-65_520.0, 1.0],
+            Some("largest value -65520 (channel Y, column 0, row 0) is above 65504, the largest half float"),
+        ),
+        (
+            &["Y"],
+            &[3e30, -3e30],
+            Some("largest value 3e30 (channel Y, column 0, row 0) is above 65504, the largest half float"),
+        ),
+        (&["Y"], &[0.0625, 1e-9], None),
+        (&["Y"], &[0.0624, 0.0], Some("largest value 0.0624 of channel Y is below 0.0625: halves lose digits")),
+        (&["Y"], &[-3e-6, 0.0], Some("largest value -3e-6 of channel Y is below 0.0625: halves lose digits")),
+        (&["Y"], &[0.0, -0.0], None),
+        // Each channel by itself, so that a band of its own unit keeps its digits; a colour without blue is no such band.
+        (
+            &["R", "G", "B"],
+            &[5.0, 0.01, 3.0],
+            Some("largest value 0.01 of channel G is below 0.0625: halves lose digits"),
+        ),
+        (&["R", "G", "B"], &[5.0, 4.0, 0.0], None),
+        // Alpha is no light: neither does it hide dark colours nor do faint clouds need floats.
+        (&RGBA, &[5.0, 4.0, 3.0, 1e-5], None),
+        (&RGBA, &[1e-5, 2e-5, 3e-5, 1.0], Some("largest value 1e-5 of channel R is below 0.0625: halves lose digits")),
+        (&RGBA, &[0.0, 0.0, 0.0, 0.5], None),
+    ];
+    for (channels, data, wanted) in cases {
+        let wanted = wanted.map(str::to_owned);
+        let file = exr(&row(channels, data), None);
+        let told = wanted.as_ref().map_or_else(|| "\"half\"".to_owned(), |reason| format!("\"float: {reason}\""));
+        assert_eq!(own_attributes(&file.bytes).0["depth"], told, "{channels:?} {data:?}");
+        assert_eq!((file.bits, file.reason), (if wanted.is_some() { 32 } else { 16 }, wanted));
+        let sample_type = if file.bits == 16 { SampleType::F16 } else { SampleType::F32 };
+        assert!(read_exr(&file.bytes).0.values().all(|(found, _)| *found == sample_type), "one type in the whole file");
+    }
+    let asked = exr(&row(&["Y"], &[1e9]), Some(Depth::Float));
+    assert_eq!((own_attributes(&asked.bytes).0["depth"].as_str(), asked.reason), ("\"float\"", None));
+}
+
+#[test]
+fn halves_asked_for_by_name_are_refused_where_they_cannot_hold_the_texture() {
+    let refused = |channels: &[&str], data: &[f32], scale: f64| {
+        let error = to_exr(&row(channels, data), &Metadata { scale, ..metadata() }, Some(Depth::Half)).unwrap_err();
+        assert_eq!(error.field(), Some("depth"));
+        error
+    };
+    let data = [1.0, 2.0, 3.0, 4.0, 98_000.0, 6.0];
+    let error = refused(&["R", "G", "B"], &data, 1000.0);
+    let at = At { channel: "G".to_owned(), x: 1, y: 0 };
+    assert_eq!(error, EncodeError::AboveHalf { value: 98_000.0, at, scale: Some(660.0) });
+    let text = "largest value 98000 (channel G, column 1, row 0) is above 65504, the largest half float; \
+                allowed: depth 32, or scale 660";
+    assert_eq!(error.to_string(), text);
+    // Told with the scale that it proposes, the texture fits.
+    assert!(98_000.0 * 660.0 / 1000.0 < 65_504.0);
+    let text = "largest value 3e-6 (channel Y, column 0, row 0) is below 0.000061, where half floats lose their digits; \
+                allowed: depth 32, or scale 21000";
+    assert_eq!(refused(&["Y"], &[3e-6, 1e-6], 1.0).to_string(), text);
+    // Beyond what a scale may be, none is proposed.
+    let text =
+        "largest value 1e15 (channel Y, column 0, row 0) is above 65504, the largest half float; allowed: depth 32";
+    assert_eq!(refused(&["Y"], &[1e15], 1.0).to_string(), text);
+    // Tiny values are the caller's wish while the brightest has its digits.
+    let wished: [(&[&str], &[f32]); 3] =
+        [(&["Y"], &[6.2e-5, 1e-9]), (&["R", "G", "B"], &[1.0, 1e-6, 1e-7]), (&["Y"], &[0.0])];
+    for (channels, data) in wished {
+        assert_eq!(exr(&row(channels, data), Some(Depth::Half)).bits, 16);
+    }
+}
+
+#[test]
+fn standard_errors_are_a_layer_of_their_own() {
+    let (data, errors) = (ramp(8), [0.5, 0.25, 0.125, 1e-6, 0.0, 2.0]);
+    let texture = Pixels { errors: Some(&errors), ..pixels(1, 2, &RGBA, &data) };
+    let file = exr(&texture, None);
+    let found = read_exr(&file.bytes).0;
+    let mut names: Vec<_> = found.keys().map(String::as_str).collect();
+    names.sort_unstable();
+    assert_eq!(names, ["A", "B", "G", "R", "error.B", "error.G", "error.R"]);
+    // They may be small, so the file stays half.
+    assert_eq!((found["error.G"].1.as_slice(), file.bits), (&[0.25, 0.0][..], 16));
+    assert_eq!(found["A"].1, [data[3], data[7]]);
+
+    let large = [0.5, 0.25, 0.125, 1.0, 70_000.0, 2.0];
+    let reason = exr(&Pixels { errors: Some(&large), ..texture }, None).reason.unwrap();
+    assert!(reason.starts_with("largest value 70000 (channel error.G, column 0, row 1) is above"), "{reason}");
+    let grey = Pixels { errors: Some(&[0.5]), ..row(&["Y"], &[1.0]) };
+    assert_eq!(read_exr(&exr(&grey, None).bytes).0["error.Y"].1, [0.5]);
+    let bad = Pixels { errors: Some(&[f32::NAN]), ..grey };
+    let at = At { channel: "error.Y".to_owned(), x: 0, y: 0 };
+    assert_eq!(to_exr(&bad, &metadata(), None).unwrap_err(), EncodeError::NotFinite(at));
+    let short = Pixels { errors: Some(&errors[..5]), ..texture };
+    assert!(matches!(to_exr(&short, &metadata(), None), Err(EncodeError::Shape { .. })));
+}
+
+#[test]
+fn texels_are_scaled_and_divided_by_alpha_as_the_output_says() {
+    let finished = |output: Output, channels: &[&str], data: &[f32]| {
+        let (mut data, mut errors) = (data.to_vec(), vec![1.0; data.len() / channels.len() * channels.len().min(3)]);
+        output.finish(1, channels, &mut data, Some(&mut errors)).map(|()| (data, errors))
+    };
+    let linear = |scale, alpha| Output::F32 { linear: Linear { scale, alpha } };
+    let texels = [1.0, 2.0, 4.0, 0.5, 3.0, 3.0, 3.0, 0.0, 1e-30, 1e-30, 1e-30, 1e-25];
+    let scaled = vec![10.0, 20.0, 40.0, 0.5, 30.0, 30.0, 30.0, 0.0, 1e-29, 1e-29, 1e-29, 1e-25];
+    let premultiplied = finished(linear(10.0, Alpha::Premultiplied), &RGBA, &texels).unwrap();
+    assert_eq!(premultiplied, (scaled.clone(), vec![10.0; 9]));
+    let straight = vec![20.0, 40.0, 80.0, 0.5, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1e-25];
+    let errors = vec![20.0, 20.0, 20.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0];
+    assert_eq!(finished(linear(10.0, Alpha::Straight), &RGBA, &texels).unwrap(), (straight, errors));
+    // Without alpha there is nothing to divide by.
+    let grey = finished(linear(10.0, Alpha::Straight), &["Y"], &[0.5]).unwrap();
+    assert_eq!(grey, (vec![5.0], vec![10.0]));
+    let mask = Output::Png(Picture::Mask { scale: 10.0, depth: PictureDepth::Eight });
+    assert_eq!(finished(mask, &RGBA, &texels).unwrap().0, scaled);
+    for untouched in Format::ALL.map(Output::new) {
+        assert_eq!(finished(untouched, &RGBA, &texels).unwrap(), (texels.to_vec(), vec![1.0; 9]));
+    }
+    let overflow = finished(linear(1e6, Alpha::Premultiplied), &["R", "G", "B"], &[1.0, 1.0, 1.0, 1.0, 1e33, 1e38]);
+    let at = At { channel: "G".to_owned(), x: 0, y: 1 };
+    assert_eq!(overflow.unwrap_err(), EncodeError::Overflow { field: "scale", value: 1e33, at });
+    let overflow = finished(linear(2.0, Alpha::Straight), &RGBA, &[1.0, 1.0, 1e38, 1e-6]).unwrap_err();
+    assert_eq!(overflow.field(), Some("alpha"));
+    assert!(overflow.to_string().contains("value 1e38 (channel B, column 0, row 0)"), "{overflow}");
+}
+
+#[test]
+fn one_entry_writes_every_format() {
+    let data = [0.25, 0.5];
+    let texture = row(&["Y"], &data);
+    let file = |output: Output| encode(&texture, &metadata(), &output, 1.0).unwrap();
+    let depth = Some(Depth::Float);
+    let float = file(Output::Exr { linear: Linear::default(), depth });
+    assert_eq!(float, exr(&texture, depth));
+    assert_eq!(file(Output::new(Format::Exr)), exr(&texture, None));
+    assert_eq!(
+        (file(Output::new(Format::F32)).bytes, 32),
+        (to_f32(&texture).unwrap(), file(Output::new(Format::F32)).bits)
+    );
+    for (depth, bits) in [(PictureDepth::Eight, 8), (PictureDepth::Sixteen, 16)] {
+        let picture = Picture::mask(depth);
+        let bytes = to_png(&texture, &picture, 1.0).unwrap();
+        assert_eq!(file(Output::Png(picture)), Encoded { bytes, bits, reason: None });
+    }
+    for format in Format::ALL {
+        assert_eq!(Output::new(format).format(), format);
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 400, failure_persistence: None, ..ProptestConfig::default() })]
+
+    #[test]
+    fn any_texture_keeps_its_digits_or_is_refused_by_name(
+        values in proptest::collection::vec(prop_oneof![
+            3 => any::<f32>().prop_filter("finite", |value| value.is_finite()),
+            3 => -70_000_f32..70_000.0,
+            2 => -0.1_f32..0.1,
+            1 => Just(0.0_f32),
+        ], 3..30),
+        magnitude in -30..=0_i32,
+        colours in any::<bool>(),
+    ) {
+        let factor = 2_f32.powi(magnitude);
+        let channels: &[&str] = if colours { &["R", "G", "B"] } else { &["Y"] };
+        let count = values.len() / channels.len() * channels.len();
+        let data: Vec<f32> = values[..count].iter().map(|value| value * factor).collect();
+        let texture = row(channels, &data);
+        let largest = |values: &[f32]| values.iter().fold(0.0_f32, |most, value| most.max(value.abs()));
+        let holds = |file: &[u8], dark: fn(f32) -> f32| {
+            let found = read_exr(file).0;
+            channels.iter().enumerate().all(|(place, &name)| {
+                let (wanted, (_, found)) = (channel(&data, channels.len(), place), &found[name]);
+                let brightest = largest(&wanted);
+                wanted.iter().zip(found).all(|(wanted, found)| {
+                    let error = (wanted - found).abs();
+                    // Halves below 2^-14 have a fixed step.
+                    error <= wanted.abs() * 2_f32.powi(-11) || (wanted.abs() < dark(brightest) && error <= 2_f32.powi(-25))
+                })
+            })
+        };
+        // By default whatever is not 1024 times darker than the brightest of its channel keeps its digits.
+        let default = exr(&texture, None);
+        prop_assert!(holds(&default.bytes, |brightest| brightest / 1024.0));
+        let exact = exr(&texture, Some(Depth::Float));
+        prop_assert_eq!(default.bits == 16, default.reason.is_none());
+        for file in [Some(&exact), Some(&default).filter(|file| file.bits == 32)].into_iter().flatten() {
+            for (place, &name) in channels.iter().enumerate() {
+                prop_assert_eq!(&read_exr(&file.bytes).0[name].1, &channel(&data, channels.len(), place));
+            }
+        }
+        match to_exr(&texture, &metadata(), Some(Depth::Half)) {
+            Ok(file) => {
+                prop_assert!(holds(&file.bytes, |_| 2_f32.powi(-14)));
+                let brightest = largest(&data);
+                prop_assert!(brightest == 0.0 || (2_f32.powi(-14)..65_520.0).contains(&brightest));
+            }
+            Err(error) => prop_assert_eq!(error.field(), Some("depth")),
+        }
+        match to_png(&texture, &Picture::mask(PictureDepth::Sixteen), 1.0) {
+            Ok(file) => {
+                let near = |(sample, value): (&u16, &f32)| (f32::from(*sample) / 65535.0 - value).abs() < 0.51 / 65535.0;
+                prop_assert!(read_png(&file).2.iter().zip(&data).all(near));
+            }
+            Err(error) => prop_assert_eq!(error.field(), Some("scale")),
+        }
+    }
 }
 
 #[test]
@@ -156,13 +448,22 @@ fn the_same_texture_gives_the_same_bytes_every_time() {
     let data: Vec<f32> = (0..40 * 50 * 4).map(|i| ((i * 7919) % 1013) as f32 / 97.0).collect();
     let texture = pixels(40, 50, &RGBA, &data);
     for depth in [Depth::Half, Depth::Float] {
-        let first = to_exr(&texture, &metadata(), depth).unwrap();
-        assert!((0..5).all(|_| to_exr(&texture, &metadata(), depth).unwrap() == first));
+        let first = exr(&texture, Some(depth));
+        assert!((0..5).all(|_| exr(&texture, Some(depth)) == first));
     }
     for depth in [PictureDepth::Eight, PictureDepth::Sixteen] {
-        let picture = Picture { depth, ..Picture::default() };
-        assert_eq!(to_png(&texture, &picture).unwrap(), to_png(&texture, &picture).unwrap());
+        let picture = display(0.0, Tonemap::Filmic, depth);
+        assert_eq!(to_png(&texture, &picture, 1.0).unwrap(), to_png(&texture, &picture, 1.0).unwrap());
     }
+}
+
+fn display(exposure_stops: f64, tonemap: Tonemap, depth: PictureDepth) -> Picture {
+    Picture::Display { exposure_stops, tonemap, depth }
+}
+
+/// A picture of 8 bits without a tone curve.
+fn plain(exposure_stops: f64) -> Picture {
+    display(exposure_stops, Tonemap::None, PictureDepth::Eight)
 }
 
 /// Samples of a PNG as integers, alpha included.
@@ -179,33 +480,59 @@ fn read_png(file: &[u8]) -> (image::ColorType, (u32, u32), Vec<u16>) {
 }
 
 fn samples(texture: &Pixels<'_>, picture: &Picture) -> Vec<u16> {
-    read_png(&to_png(texture, picture).unwrap()).2
+    read_png(&to_png(texture, picture, 1.0).unwrap()).2
 }
 
 #[test]
 fn pictures_have_row_0_on_top_and_one_channel_is_grey() {
     let data: Vec<f32> = (0..15).map(|i| i as f32 / 255.0).collect();
-    let file = to_png(&pixels(3, 5, &["R"], &data), &Picture::mask(PictureDepth::Eight)).unwrap();
+    let file = to_png(&pixels(3, 5, &["Y"], &data), &Picture::mask(PictureDepth::Eight), 1.0).unwrap();
     assert_eq!(read_png(&file), (image::ColorType::L8, (3, 5), (0..15).collect()));
     for (depth, kinds) in [
         (PictureDepth::Eight, [image::ColorType::L8, image::ColorType::Rgb8, image::ColorType::Rgba8]),
         (PictureDepth::Sixteen, [image::ColorType::L16, image::ColorType::Rgb16, image::ColorType::Rgba16]),
     ] {
-        let names: [&[&str]; 3] = [&["R"], &["R", "G", "B"], &RGBA];
+        let names: [&[&str]; 3] = [&["Y"], &["R", "G", "B"], &RGBA];
         for (channels, kind) in names.into_iter().zip(kinds) {
-            let file = to_png(&pixels(1, 1, channels, &ramp(channels.len())), &Picture::mask(depth)).unwrap();
+            let file = to_png(&pixels(1, 1, channels, &ramp(channels.len())), &Picture::mask(depth), 1.0).unwrap();
             assert_eq!(read_png(&file).0, kind);
         }
     }
 }
 
 #[test]
-fn masks_are_rounded_to_the_nearest_integer_and_clipped() {
-    let data = [0.0, 1.0, 0.5, 0.4 / 255.0, 0.6 / 255.0, -3.0, 7.0, 254.6 / 255.0];
-    let texture = pixels(2, 4, &["R"], &data);
-    assert_eq!(samples(&texture, &Picture::mask(PictureDepth::Eight)), [0, 255, 128, 0, 1, 0, 255, 255]);
+fn masks_are_rounded_to_the_nearest_integer_and_never_cut_off() {
+    let data = [0.0, 1.0, 0.5, 0.4 / 255.0, 0.6 / 255.0, 254.6 / 255.0];
+    let texture = row(&["Y"], &data);
+    assert_eq!(samples(&texture, &Picture::mask(PictureDepth::Eight)), [0, 255, 128, 0, 1, 255]);
     let fine = samples(&texture, &Picture::mask(PictureDepth::Sixteen));
-    assert_eq!(fine, [0, 65535, 32768, 103, 154, 0, 65535, 65432]);
+    assert_eq!(fine, [0, 65535, 32768, 103, 154, 65432]);
+    // Half a step outside is rounding.
+    let outside = [1.0 + 0.4 / 255.0, -0.4 / 255.0];
+    let texture = row(&["Y"], &outside);
+    assert_eq!(samples(&texture, &Picture::mask(PictureDepth::Eight)), [255, 0]);
+    let refused = |texture: &Pixels<'_>, scale: f64| {
+        let mask = Picture::Mask { scale, depth: PictureDepth::Sixteen };
+        let error = to_png(texture, &mask, 1.0).unwrap_err();
+        assert_eq!(error.field(), Some("scale"));
+        error.to_string()
+    };
+    assert!(refused(&texture, 1.0).contains("column 0, row 0"));
+    let text = "value 98000 (channel G, column 0, row 0) is outside 0 to 1, the range of a PNG with encoding linear; \
+                allowed: formats exr, f32, or scale 0.01";
+    assert_eq!(refused(&row(&["R", "G", "B"], &[7.0, 98_000.0, -9.0]), 1000.0), text);
+    assert!(refused(&row(&["Y"], &[-9.0]), 1.0).ends_with("allowed: formats exr, f32"));
+
+    // The noise of what cannot be above 1 is cut off, unless a scale lifted it there.
+    let noisy = Pixels { fraction: true, ..row(&["Y"], &[1.25, -0.25, 0.5]) };
+    assert_eq!(samples(&noisy, &Picture::mask(PictureDepth::Eight)), [255, 0, 128]);
+    assert!(refused(&noisy, 2.0).ends_with("or scale 1.6"), "{}", refused(&noisy, 2.0));
+
+    // A colour is judged as it is written, divided by alpha, where alpha is above nothing.
+    let cloud = [0.5, 0.25, 0.125, 0.25];
+    assert!(refused(&row(&RGBA, &cloud), 1.0).starts_with("value 2 (channel R"));
+    let faint = [1.0, 1.0, 1.0, 0.4 / 65535.0];
+    assert!(to_png(&row(&RGBA, &faint), &Picture::mask(PictureDepth::Sixteen), 1.0).is_ok());
 }
 
 #[test]
@@ -214,25 +541,19 @@ fn without_a_tone_curve_a_picture_is_srgb_with_its_known_values() {
     let known =
         [(0.0, 0), (0.001, 3), (0.0031308, 10), (0.01, 25), (0.18, 118), (0.214_041_14, 128), (0.5, 188), (1.0, 255)];
     let data = known.map(|(value, _)| value);
-    let picture = Picture { tonemap: Tonemap::None, ..Picture::default() };
-    assert_eq!(samples(&pixels(8, 1, &["R"], &data), &picture), known.map(|(_, sample)| sample));
-    let fine = Picture { depth: PictureDepth::Sixteen, ..picture };
-    assert_eq!(samples(&pixels(2, 1, &["R"], &[0.5, 1.0]), &fine), [48192, 65535]);
+    assert_eq!(samples(&pixels(8, 1, &["Y"], &data), &plain(0.0)), known.map(|(_, sample)| sample));
+    let fine = display(0.0, Tonemap::None, PictureDepth::Sixteen);
+    assert_eq!(samples(&pixels(2, 1, &["Y"], &[0.5, 1.0]), &fine), [48192, 65535]);
 }
 
 #[test]
 fn the_white_level_becomes_display_white_at_exposure_0_and_each_stop_doubles_the_light() {
-    let picture = Picture { white: 8.0, tonemap: Tonemap::None, ..Picture::default() };
     let data = [8.0, 7.0, 4.0, 9.0, 1e30];
-    let texture = pixels(5, 1, &["R"], &data);
-    assert_eq!(samples(&texture, &picture), [255, 240, 188, 255, 255]);
-    let darker = Picture { exposure_stops: -1.0, ..picture };
-    assert_eq!(samples(&texture, &darker)[..2], [188, 177]);
-    let brighter = Picture { exposure_stops: 1.0, ..picture };
-    assert_eq!(samples(&texture, &brighter)[2], 255);
-    // Exposure and tone curve are of no effect without a transfer curve.
-    let linear = Picture { transfer: Transfer::Linear, tonemap: Tonemap::Filmic, ..brighter };
-    assert_eq!(samples(&pixels(1, 1, &["R"], &[0.2]), &linear), [51]);
+    let texture = pixels(5, 1, &["Y"], &data);
+    let shown = |stops| read_png(&to_png(&texture, &plain(stops), 8.0).unwrap()).2;
+    assert_eq!(shown(0.0), [255, 240, 188, 255, 255]);
+    assert_eq!(shown(-1.0)[..2], [188, 177]);
+    assert_eq!(shown(1.0)[2], 255);
 }
 
 #[test]
@@ -245,7 +566,7 @@ fn the_filmic_curve_rises_from_0_to_1_and_has_its_published_values() {
     let steps: Vec<f32> = (0..=2000).map(|i| curve(i as f32 / 200.0)).collect();
     assert!(steps.windows(2).all(|pair| pair[0] <= pair[1]));
     let expected = (255.0 * (1.055 * (2.54_f64 / 3.16).powf(1.0 / 2.4) - 0.055)).round() as u16;
-    assert_eq!(samples(&pixels(1, 1, &["R"], &[1.0]), &Picture::default()), [expected]);
+    assert_eq!(samples(&pixels(1, 1, &["Y"], &[1.0]), &Picture::default()), [expected]);
 }
 
 #[test]
@@ -255,14 +576,13 @@ fn premultiplied_colour_becomes_straight_in_a_picture() {
     let texture = pixels(3, 1, &RGBA, &data);
     assert_eq!(samples(&texture, &mask), [51, 102, 204, 128, 0, 0, 0, 0, 64, 128, 255, 255]);
     // Division comes before the curves, and alpha gets neither exposure nor curve.
-    let picture = Picture { exposure_stops: 1.0, tonemap: Tonemap::None, ..Picture::default() };
-    assert_eq!(samples(&texture, &picture)[..4], [170, 231, 255, 128]);
+    assert_eq!(samples(&texture, &plain(1.0))[..4], [170, 231, 255, 128]);
     let straight = Pixels { alpha: Alpha::Straight, ..texture };
     assert_eq!(samples(&straight, &mask)[..4], [26, 51, 102, 128]);
     // A trace of cloud: the quotient overflows and is white.
     let trace = [1.0, 1.0, 0.0, 1e-40];
     for tonemap in [Tonemap::None, Tonemap::Filmic] {
-        let picture = Picture { tonemap, ..picture };
+        let picture = display(1.0, tonemap, PictureDepth::Eight);
         assert_eq!(samples(&pixels(1, 1, &RGBA, &trace), &picture), [255, 255, 0, 0]);
     }
 }
@@ -282,9 +602,13 @@ fn values_that_are_not_finite_are_named_and_never_written() {
         let mut data = ramp(3 * 5 * 4);
         data[(4 * 3 + 2) * 4 + 1] = bad;
         let texture = pixels(3, 5, &RGBA, &data);
-        let expected = EncodeError::NotFinite { channel: "G".to_owned(), x: 2, y: 4 };
-        assert_eq!(to_exr(&texture, &metadata(), Depth::Half).unwrap_err(), expected);
-        assert_eq!(to_png(&texture, &Picture::default()).unwrap_err(), expected);
+        let expected = EncodeError::NotFinite(At { channel: "G".to_owned(), x: 2, y: 4 });
+        assert_eq!(
+            (expected.field(), expected.to_string().as_str()),
+            (None, "channel G, column 2, row 4: not a finite number")
+        );
+        assert_eq!(to_exr(&texture, &metadata(), None).unwrap_err(), expected);
+        assert_eq!(to_png(&texture, &Picture::default(), 1.0).unwrap_err(), expected);
         assert_eq!(to_f32(&texture).unwrap_err(), expected);
     }
 }
@@ -292,15 +616,21 @@ fn values_that_are_not_finite_are_named_and_never_written() {
 #[test]
 fn shapes_that_do_not_fit_are_refused() {
     let data = ramp(12);
-    let wrong: [(u32, u32, &[&str]); 5] =
-        [(0, 5, &["R"]), (5, 0, &["R"]), (3, 5, &["R"]), (2, 3, &["R", "G"]), (4, 1, &["B", "G", "R"])];
+    let wrong: [(u32, u32, &[&str]); 6] = [
+        (0, 5, &["Y"]),
+        (5, 0, &["Y"]),
+        (3, 5, &["Y"]),
+        (2, 3, &["R", "G"]),
+        (4, 1, &["B", "G", "R"]),
+        (12, 1, &["R"]),
+    ];
     for (width, height, channels) in wrong {
         let texture = pixels(width, height, channels, &data);
         assert!(matches!(to_f32(&texture), Err(EncodeError::Shape { .. })), "{width} x {height} {channels:?}");
     }
-    let texture = pixels(12, 1, &["R"], &data);
+    let texture = pixels(12, 1, &["Y"], &data);
     for white in [0.0, -1.0, f32::NAN] {
-        assert!(to_png(&texture, &Picture { white, ..Picture::default() }).is_err());
+        assert!(to_png(&texture, &Picture::default(), white).is_err());
     }
 }
 
@@ -310,14 +640,14 @@ fn files_written_here_are_decoded_here() {
     let texture = pixels(3, 5, &RGBA, &data);
     let colors: Vec<f32> = data.chunks(4).flat_map(|texel| texel[..3].to_vec()).collect();
     for depth in [Depth::Half, Depth::Float] {
-        let image = decode(&to_exr(&texture, &metadata(), depth).unwrap(), &ImageLimits::default()).unwrap();
+        let image = decode(&exr(&texture, Some(depth)).bytes, &ImageLimits::default()).unwrap();
         assert_eq!((image.width, image.height, image.channels, image.encoding), (3, 5, 3, ImageEncoding::Float));
         assert_eq!(image.data, colors);
     }
     let mask: Vec<f32> = (0..15).map(|i| i as f32 / 15.0).collect();
-    let texture = pixels(3, 5, &["R"], &mask);
+    let texture = pixels(3, 5, &["Y"], &mask);
     for (depth, error) in [(PictureDepth::Eight, 0.5 / 255.0), (PictureDepth::Sixteen, 0.5 / 65535.0)] {
-        let image = decode(&to_png(&texture, &Picture::mask(depth)).unwrap(), &ImageLimits::default()).unwrap();
+        let image = decode(&to_png(&texture, &Picture::mask(depth), 1.0).unwrap(), &ImageLimits::default()).unwrap();
         assert_eq!((image.width, image.height, image.channels, image.encoding), (3, 5, 1, ImageEncoding::Integer));
         assert!(image.data.iter().zip(&mask).all(|(found, wanted)| (found - wanted).abs() <= error + 1e-6));
     }

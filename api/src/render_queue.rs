@@ -52,7 +52,7 @@ pub struct Picture {
     /// What each stage took.
     pub timings: Vec<(&'static str, Duration)>,
     /// Makes the file.
-    pub encode: Box<dyn FnOnce() -> Result<Vec<u8>, String> + Send>,
+    pub encode: Box<dyn FnOnce() -> Result<Vec<u8>, Failure> + Send>,
 }
 
 /// What the render thread needs of a renderer; tests put a fake in its place.

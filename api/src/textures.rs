@@ -173,7 +173,7 @@ async fn make(
     let reply = blocking(move || {
         let start = Instant::now();
         let picture = held.picture;
-        let bytes = (picture.encode)().map_err(|error| ApiError::Internal(format!("encoding: {error}")))?;
+        let bytes = (picture.encode)().map_err(ApiError::from)?;
         let mut timings = picture.timings;
         timings.push(("encode", start.elapsed()));
         Ok(Reply { bytes: bytes.into(), media_type, shape: picture.shape, timings })

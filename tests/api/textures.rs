@@ -25,6 +25,58 @@ fn a_texture_tells_its_shape_type_and_what_it_cost() {
 }
 
 #[test]
+fn masks_and_scales_that_would_cut_values_off_are_refused_by_name() {
+    let common = common();
+    let sky = common.server.sky(&scene());
+    let small = "size=8&encoding=linear";
+    for texture in ["irradiance", "thickness", "cloud"] {
+        let answer = common.server.get(&format!("{sky}/{texture}.png?{small}"));
+        answer.names(422, "scale");
+        let problem = answer.json();
+        let detail = problem["errors"][0]["detail"].as_str().unwrap();
+        let (_, scale) = detail.rsplit_once("or scale ").unwrap_or_else(|| panic!("{detail}"));
+        // The scale that it proposes is one that fits.
+        let answer = common.server.get(&format!("{sky}/{texture}.png?{small}&scale={scale}"));
+        assert_eq!(answer.status, 200, "{}", answer.text());
+    }
+    assert_eq!(common.server.get(&format!("{sky}/shadow.png?{small}")).status, 200);
+    common.server.get(&format!("{sky}/shadow.png?{small}&scale=1000")).names(422, "scale");
+    common.server.goes_on();
+}
+
+#[test]
+fn a_file_tells_what_it_shows_and_only_what_repeats_is_called_periodic() {
+    let common = common();
+    let sky = common.server.sky(&scene());
+    let told = |query: &str| {
+        let answer = common.server.get(&format!("{sky}/{query}&size=8"));
+        let headers = exr::meta::MetaData::read_from_buffered(answer.body.as_slice(), false).unwrap().headers;
+        headers[0].own_attributes.clone()
+    };
+    let names = |query: &str, wrap: &str, shown: &[&str]| {
+        let told = told(query);
+        assert_eq!(told.wrap_mode_name.unwrap().to_string(), wrap, "{query}");
+        assert_eq!(told.white_luminance, None, "the scene's light has no known unit");
+        for name in ["component", "direction", "eye", "layer", "peak", "view"] {
+            let found = told.other.keys().any(|key| key.to_string() == format!("skyloom:{name}"));
+            assert_eq!(found, shown.contains(&name), "{query}: {name}");
+        }
+        for name in ["projection", "expectedError", "unit", "scale", "version", "depth"] {
+            assert!(told.other.keys().any(|key| key.to_string() == format!("skyloom:{name}")), "{query}: {name}");
+        }
+        told.other
+    };
+    names("cloud.exr?eye=0,0,2", "clamp", &["eye", "view"]);
+    names("shadow.exr?peak=false", "periodic", &["peak"]);
+    names("irradiance.exr?component=direct", "periodic", &["component", "peak"]);
+    names("thickness.exr?layer=0", "periodic", &["layer"]);
+    let view = names("cloud.exr?view=above&direction=40,-30", "periodic", &["direction", "view"]);
+    let direction = view.iter().find(|(name, _)| name.to_string() == "skyloom:direction").unwrap().1;
+    let exr::meta::attribute::AttributeValue::FloatVec2(found) = direction else { panic!("{direction:?}") };
+    assert!((found.0 - 40.0).abs() < 1e-4 && (found.1 - 330.0).abs() < 1e-4, "{found:?}");
+}
+
+#[test]
 fn the_size_of_a_texture_is_the_scenes_resolution_by_default() {
     let common = common();
     let sky = common.server.sky(&scene());

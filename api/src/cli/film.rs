@@ -12,7 +12,7 @@ use skyloom::render::{Job, Renderer, RendererOptions, Watch};
 use skyloom::request::{Encoding, Format, Request};
 use skyloom::tables::TableLibrary;
 
-use super::render::{LateBar, Unknown, cache_folder, parsed, read_scene, scene_path, tables};
+use super::render::{LateBar, Unknown, cache_folder, fault, parsed, read_scene, scene_path, tables};
 use super::{Fault, to_stdout};
 use crate::files;
 
@@ -63,7 +63,7 @@ pub(super) fn command(options: &ArgMatches) -> Result<(), Fault> {
         let (scene, tables, images) = (Arc::clone(&scene), tables.clone(), images.clone());
         let job = Job { scene, request, tables, images };
         let texture = renderer.render(&job, &Watch::default()).map_err(|error| Fault::Failure(error.to_string()))?;
-        let png = skyloom::render::encode(&texture, &job).map_err(|error| Fault::Failure(error.to_string()))?;
+        let png = skyloom::render::encode(&texture, &job).map_err(fault)?;
         pictures.push(Picture::new(&png, behind)?);
         bar.set(f64::from(frame + 1) / f64::from(count));
     }

@@ -55,22 +55,27 @@ pub(super) fn command(options: &ArgMatches) -> Result<(), Fault> {
     let job = Job { scene: Arc::new(scene), request, tables, images };
     let bar = LateBar::new(format!("rendering {}", output.display()));
     let watch = Watch { progress: Some(Arc::new(move |part| bar.set(part))), ..Watch::default() };
-    let texture = renderer.render(&job, &watch).map_err(|error| match error {
-        RenderError::Invalid(errors) => Fault::fields(&errors),
-        other => Fault::Failure(other.to_string()),
-    })?;
+    let texture = renderer.render(&job, &watch).map_err(fault)?;
     // The bar goes with the watch that feeds it.
     drop(watch);
     if let Some(noise) = noise(&texture) {
         // Nothing can be done when even stderr is closed.
         writeln!(std::io::stderr(), "standard error of the light: {noise}").unwrap_or_default();
     }
-    let bytes = skyloom::render::encode(&texture, &job).map_err(|error| Fault::Failure(error.to_string()))?;
+    let bytes = skyloom::render::encode(&texture, &job).map_err(fault)?;
     if output == Path::new("-") {
         return to_stdout(&bytes);
     }
     files::write_atomically(&output, &bytes)
         .map_err(|error| Fault::Failure(format!("writing {}: {error}", output.display())))
+}
+
+/// Why there is no file.
+pub(super) fn fault(error: RenderError) -> Fault {
+    match error {
+        RenderError::Invalid(errors) => Fault::fields(&errors),
+        other => Fault::Failure(other.to_string()),
+    }
 }
 
 /// Noise of a Monte Carlo texture in words: median and largest of its lit texels, relative; none for other methods.

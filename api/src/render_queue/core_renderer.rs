@@ -5,7 +5,7 @@ use std::sync::Arc;
 use skyloom::gpu::AdapterSummary;
 use skyloom::render::{Job, RenderError, Renderer, RendererOptions, Texture, Watch};
 
-use super::{Adapter, Factory, Picture, Render};
+use super::{Adapter, Factory, Picture, Render, failure};
 
 impl From<&AdapterSummary> for Adapter {
     fn from(summary: &AdapterSummary) -> Self {
@@ -42,6 +42,6 @@ fn picture(texture: Texture, job: Arc<Job>) -> Picture {
     Picture {
         shape: [texture.height, texture.width, u32::try_from(texture.channels.len()).unwrap_or(u32::MAX)],
         timings: texture.timings.clone(),
-        encode: Box::new(move || skyloom::render::encode(&texture, &job).map_err(|error| error.to_string())),
+        encode: Box::new(move || skyloom::render::encode(&texture, &job).map_err(failure)),
     }
 }
