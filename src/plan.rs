@@ -75,6 +75,11 @@ pub fn expected_error(choices: &[Choice]) -> f64 {
     choices.iter().map(|choice| choice.error * choice.error).sum::<f64>().sqrt()
 }
 
+/// Whether the error expected of a whole plan is within the request's tolerance.
+pub fn meets_tolerance(choices: &[Choice], request: &Request) -> bool {
+    expected_error(choices) <= request.tolerance
+}
+
 /// One stage of a plan, in words.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Choice {

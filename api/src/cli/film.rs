@@ -12,7 +12,7 @@ use skyloom::render::{Job, Renderer, RendererOptions, Watch};
 use skyloom::request::{Encoding, Format, Request};
 use skyloom::tables::TableLibrary;
 
-use super::render::{LateBar, Unknown, cache_folder, parsed, read_scene, scene_path, tables};
+use super::render::{LateBar, Unknown, cache, parsed, read_scene, scene_path, tables};
 use super::{Fault, to_stdout};
 use crate::files;
 
@@ -51,7 +51,7 @@ pub(super) fn command(options: &ArgMatches) -> Result<(), Fault> {
     let adapter = options.get_one::<String>("adapter").cloned();
     let renderer = RendererOptions { adapter, ..RendererOptions::default() };
     let mut renderer = Renderer::new(&renderer).map_err(|error| Fault::Failure(error.to_string()))?;
-    let library = TableLibrary::new(cache_folder().map(|folder| folder.join("tables")));
+    let library = TableLibrary::new(cache());
     let mixes = scene.mixes();
     let tables =
         mixes.iter().map(|mix| tables(&library, mix, Plan::new(&request).detail)).collect::<Result<Vec<_>, _>>()?;

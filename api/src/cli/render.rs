@@ -10,10 +10,11 @@ use clap::ArgMatches;
 use indicatif::{ProgressBar, ProgressStyle};
 use skyloom::image::{Image, sha256_hex};
 use skyloom::optics::Mix;
-use skyloom::plan::{Choice, Plan, expected_error};
+use skyloom::plan::{Choice, Plan, expected_error, meets_tolerance};
 use skyloom::render::{Job, RenderError, Renderer, RendererOptions, Texture, Watch};
 use skyloom::request::{QUERY_PARAMETERS, Request, RequestError};
 use skyloom::scene::Scene;
+use skyloom::store::{Folder, Store};
 use skyloom::tables::{Detail, MixTables, TableLibrary};
 
 use super::{Fault, read, to_stdout};
@@ -49,7 +50,7 @@ pub(super) fn command(options: &ArgMatches) -> Result<(), Fault> {
     let options = RendererOptions { adapter, ..RendererOptions::default() };
     // Before the tables, because without a device they would be made in vain.
     let mut renderer = Renderer::new(&options).map_err(|error| Fault::Failure(error.to_string()))?;
-    let library = TableLibrary::new(cache_folder().map(|folder| folder.join("tables")));
+    let library = TableLibrary::new(cache());
     let tables =
         scene.mixes().iter().map(|mix| tables(&library, mix, Plan::new(&request).detail)).collect::<Result<_, _>>()?;
     let job = Job { scene: Arc::new(scene), request, tables, images };
@@ -108,7 +109,8 @@ pub(super) fn plan(options: &ArgMatches) -> Result<(), Fault> {
     for [stage, error, choice, reason] in &rows {
         text.push_str(&format!("{stage:<first$}  {error:<second$}  {choice:<third$}  {reason}\n"));
     }
-    text.push_str(&format!("expected error {:.3}, tolerance {}\n", expected_error(&choices), request.tolerance));
+    let met = if meets_tolerance(&choices, &request) { "met" } else { "missed" };
+    text.push_str(&format!("expected error {:.3}, tolerance {} {met}\n", expected_error(&choices), request.tolerance));
     to_stdout(text.as_bytes())
 }
 
@@ -210,8 +212,13 @@ impl Drop for LateBar {
     }
 }
 
+/// The store of tables between runs.
+pub(super) fn cache() -> Option<Arc<dyn Store>> {
+    Some(Arc::new(Folder::new(cache_folder()?)))
+}
+
 /// Where tables are kept between runs, by the habit of the system; none when it tells no home.
-pub(super) fn cache_folder() -> Option<PathBuf> {
+fn cache_folder() -> Option<PathBuf> {
     let variable = |name: &str| std::env::var_os(name).filter(|value| !value.is_empty()).map(PathBuf::from);
     let base = variable("XDG_CACHE_HOME")
         .or_else(|| variable("LOCALAPPDATA"))
