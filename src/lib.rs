@@ -8,7 +8,7 @@
 //! | [`plan`] | request | methods, sizes and passes for the tolerance |
 //! | [`optics`] | droplet mix | phase function and its moments, extinction, albedo per colour |
 //! | [`slab`] | droplet mix | fluxes of a slab by adding-doubling; closed forms of the first orders of scattering |
-//! | [`tables`] | droplet mix | the two above, kept in memory and on disk |
+//! | [`tables`], [`store`] | droplet mix | the two above, kept in memory and on disk |
 //! | [`field`] | scene | the thickness map |
 //! | [`slice`] | sun | tables as textures; the closure of the orders |
 //! | [`exchange`] | moment | light between layers of cloud, and between cloud and ground |
@@ -49,6 +49,7 @@ pub mod scene;
 pub mod shade;
 pub mod slab;
 pub mod slice;
+pub mod store;
 pub mod tables;
 mod traced;
 

@@ -111,6 +111,11 @@ pub fn expected_error(choices: &[Choice]) -> f64 {
     choices.iter().map(|choice| choice.error * choice.error).sum::<f64>().sqrt()
 }
 
+/// Whether the error expected of a whole plan is within its tolerance.
+pub fn meets_tolerance(choices: &[Choice], plan: &Plan) -> bool {
+    expected_error(choices) <= plan.tolerance
+}
+
 /// One stage of a plan, in words.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Choice {

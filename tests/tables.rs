@@ -1,10 +1,13 @@
-//! Tables on disk: kept, read back to the bit, and never trusted when damaged, old or renamed.
+//! What takes long is made once for all who ask, kept on disk, read back to the bit, and never trusted when it is damaged,
+//! old or renamed.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test stops where it fails")]
 
 use skyloom::optics::Mix;
-use skyloom::tables::{Detail, MixTables, TableLibrary};
+use skyloom::store;
+use skyloom::tables::{Artefact, Detail, MixTables, TableError, TableLibrary};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::{Arc, Barrier};
 
 fn mix(asymmetry: f64) -> Mix {
     Mix::HenyeyGreenstein { asymmetry, albedo: 0.999 }
@@ -20,7 +23,8 @@ impl Folder {
     }
 
     fn files(&self) -> Vec<PathBuf> {
-        let mut files: Vec<_> = std::fs::read_dir(&self.0).unwrap().map(|entry| entry.unwrap().path()).collect();
+        let folder = self.0.join("tables");
+        let mut files: Vec<_> = std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()).collect();
         files.sort();
         files
     }
@@ -32,10 +36,14 @@ impl Drop for Folder {
     }
 }
 
-/// Tables through a library that knows nothing yet, and how often it told of progress: 1 when they came from disk.
-fn fresh(folder: &Path, mix: &Mix) -> (std::sync::Arc<MixTables>, usize) {
+fn library(folder: &Path) -> TableLibrary {
+    TableLibrary::new(Some(Arc::new(store::Folder::new(folder))))
+}
+
+/// Tables through a library that knows nothing yet, and how often it told of progress: never when they came from disk.
+fn fresh(folder: &Path, mix: &Mix) -> (Arc<MixTables>, usize) {
     let told = AtomicUsize::new(0);
-    let library = TableLibrary::new(Some(folder.to_owned()));
+    let library = library(folder);
     let progress = |_| {
         told.fetch_add(1, Ordering::Relaxed);
     };
@@ -50,7 +58,7 @@ fn tables_come_back_from_disk_to_the_bit() {
     assert!(told > 10, "making tables tells how far it is");
     assert_eq!(folder.files().len(), 2, "the mix's own tables, and radiance of one size");
     let (read, told) = fresh(&folder.0, &mix(0.8));
-    assert_eq!(told, 1, "nothing was made");
+    assert_eq!(told, 0, "nothing was made");
     assert_eq!(made, read);
     assert_eq!(made.radiance(Detail::Coarse, &|_| ()), read.radiance(Detail::Coarse, &|_| ()));
 }
@@ -81,7 +89,7 @@ fn damaged_old_cut_or_foreign_files_are_made_again() {
         for damaged in damages {
             std::fs::write(path, &damaged).unwrap();
             let (again, told) = fresh(&folder.0, &mix(0.7));
-            assert!(told > 1, "a damaged file was taken for good");
+            assert!(told > 0, "a damaged file was taken for good");
             assert_eq!(made, again);
             assert_eq!(&std::fs::read(path).unwrap(), bytes, "the file was not mended");
         }
@@ -92,7 +100,7 @@ fn damaged_old_cut_or_foreign_files_are_made_again() {
     for path in folder.files() {
         let name = path.file_name().unwrap().to_str().unwrap().to_owned();
         if let Some(rest) = name.strip_prefix(&key) {
-            std::fs::copy(&path, folder.0.join(format!("{}{rest}", mix(0.7).key()))).unwrap();
+            std::fs::copy(&path, path.with_file_name(format!("{}{rest}", mix(0.7).key()))).unwrap();
         }
     }
     assert_eq!(fresh(&folder.0, &mix(0.7)).0, made);
@@ -122,7 +130,151 @@ fn many_callers_make_a_mix_once() {
         callers.into_iter().map(|caller| caller.join().unwrap()).collect()
     });
     assert_eq!(starts.into_inner(), 1);
-    assert!(tables.iter().all(|other| std::sync::Arc::ptr_eq(other, &tables[0])));
+    assert!(tables.iter().all(|other| Arc::ptr_eq(other, &tables[0])));
     assert!(library.ready(&mix(0.4)) && library.progress(&mix(0.4)).is_none());
     assert!(!library.ready(&mix(0.3)));
+}
+
+/// An artefact that is made as a test says: the sum of some numbers.
+struct Sum<'a> {
+    name: &'a str,
+    numbers: &'a [u8],
+    made: &'a AtomicUsize,
+    /// Met while it is made: once when it has begun, once before it ends.
+    meet: Option<&'a Barrier>,
+    act: Act,
+}
+
+#[derive(Clone, Copy, PartialEq)]
+enum Act {
+    Make,
+    Fail,
+    Panic,
+}
+
+impl Artefact for Sum<'_> {
+    type Value = u64;
+
+    fn key(&self) -> String {
+        format!("sum-{}", self.name)
+    }
+
+    fn describe(&self) -> String {
+        format!("the sum {}", self.name)
+    }
+
+    fn build(&self, progress: &(dyn Fn(f64) + Sync)) -> Result<u64, TableError> {
+        self.made.fetch_add(1, Ordering::Relaxed);
+        progress(0.5);
+        if let Some(meet) = self.meet {
+            meet.wait();
+            meet.wait();
+        }
+        match self.act {
+            Act::Make => Ok(self.numbers.iter().map(|number| u64::from(*number)).sum()),
+            Act::Fail => Err(TableError::Optics { mix: self.describe(), reason: "a test".to_owned() }),
+            Act::Panic => panic!("a test"),
+        }
+    }
+
+    fn to_parts(&self, value: &u64) -> Vec<Vec<u8>> {
+        vec![self.numbers.to_vec(), value.to_le_bytes().to_vec(), Vec::new()]
+    }
+
+    fn from_parts(&self, parts: &[&[u8]]) -> Option<u64> {
+        let [numbers, value, []] = parts else { return None };
+        (*numbers == self.numbers).then_some(u64::from_le_bytes((*value).try_into().ok()?))
+    }
+
+    fn bytes(&self, _: &u64) -> usize {
+        8
+    }
+}
+
+/// Asks for a sum from one thread, and from others while it is being made.
+fn together(library: &TableLibrary, act: Act, made: &AtomicUsize) -> Vec<Result<u64, Option<TableError>>> {
+    let (meet, begun) = (Barrier::new(2), Barrier::new(4));
+    let sum = |act, meet| Sum { name: "of-many", numbers: &[1, 2, 3], made, meet, act };
+    std::thread::scope(|scope| {
+        let ask = |sum: Sum<'_>| library.artefact(&sum, &|_| ()).map(|value| *value);
+        let (first, second) = (sum(act, Some(&meet)), [(); 3].map(|()| sum(act, None)));
+        let mut callers = vec![scope.spawn(move || ask(first))];
+        meet.wait();
+        assert_eq!(library.progress_of::<u64>("sum-of-many"), Some(0.5));
+        assert!(!library.has::<u64>("sum-of-many"));
+        let begun = &begun;
+        callers.extend(second.map(|sum| {
+            scope.spawn(move || {
+                begun.wait();
+                ask(sum)
+            })
+        }));
+        begun.wait();
+        // Long enough for them to wait; were they late, they would make it themselves and be counted.
+        std::thread::sleep(std::time::Duration::from_millis(200));
+        meet.wait();
+        callers.into_iter().map(|caller| caller.join().map_or(Err(None), |result| result.map_err(Some))).collect()
+    })
+}
+
+#[test]
+fn any_artefact_is_made_once_and_kept() {
+    let folder = Folder::new("artefact");
+    let made = AtomicUsize::new(0);
+    let own = library(&folder.0);
+    assert_eq!(together(&own, Act::Make, &made), vec![Ok(6); 4]);
+    assert_eq!(made.load(Ordering::Relaxed), 1);
+    assert!(own.has::<u64>("sum-of-many") && own.progress_of::<u64>("sum-of-many").is_none());
+    assert!(!own.has::<u32>("sum-of-many"), "another type of the same key is another artefact");
+    // From disk, unless it is that of other numbers under the same key.
+    let ask = |numbers| {
+        let sum = Sum { name: "of-many", numbers, made: &made, meet: None, act: Act::Make };
+        *library(&folder.0).artefact(&sum, &|_| ()).unwrap()
+    };
+    assert_eq!((ask(&[1, 2, 3]), made.load(Ordering::Relaxed)), (6, 1));
+    assert_eq!((ask(&[1, 2, 4]), made.load(Ordering::Relaxed)), (7, 2));
+}
+
+#[test]
+fn a_making_that_fails_leaves_nothing_behind_and_is_tried_again() {
+    for act in [Act::Fail, Act::Panic] {
+        let made = AtomicUsize::new(0);
+        let library = TableLibrary::new(None);
+        let outcomes = together(&library, act, &made);
+        assert_eq!(outcomes[0] == Err(None), act == Act::Panic, "the panic is its maker's");
+        for outcome in &outcomes[1..] {
+            let Err(Some(error)) = outcome else { panic!("{outcome:?}") };
+            assert_eq!(matches!(error, TableError::Abandoned(_)), act == Act::Panic, "{error}");
+            assert!(error.to_string().contains("the sum of-many"), "{error}");
+        }
+        assert_eq!(made.load(Ordering::Relaxed), 1);
+        assert_eq!(library.progress_of::<u64>("sum-of-many"), None);
+        assert!(!library.has::<u64>("sum-of-many"));
+        assert_eq!(together(&library, Act::Make, &made), vec![Ok(6); 4]);
+    }
+}
+
+#[test]
+fn a_mix_that_the_optics_refuse_leaves_no_progress_behind() {
+    let library = TableLibrary::new(None);
+    let impossible = Mix::Gamma { effective_radius_um: -1.0, broadness: 2.0, refractive_index: None };
+    for _ in 0..2 {
+        assert!(matches!(library.get(&impossible, Some(Detail::Coarse), &|_| ()), Err(TableError::Optics { .. })));
+        assert!(library.progress(&impossible).is_none() && !library.ready(&impossible));
+    }
+}
+
+#[test]
+fn radiance_tables_are_made_once_for_a_mix() {
+    let library = TableLibrary::new(None);
+    let told = AtomicUsize::new(0);
+    let progress = |_| {
+        told.fetch_add(1, Ordering::Relaxed);
+    };
+    let first = library.get(&mix(0.2), Some(Detail::Coarse), &progress).unwrap();
+    let count = told.load(Ordering::Relaxed);
+    let second = library.get(&mix(0.2), Some(Detail::Coarse), &progress).unwrap();
+    assert_eq!(told.into_inner(), count);
+    assert!(Arc::ptr_eq(&first, &second));
+    assert!(Arc::ptr_eq(&first.radiance(Detail::Coarse, &|_| ()), &second.radiance(Detail::Coarse, &|_| ())));
 }

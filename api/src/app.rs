@@ -1,19 +1,20 @@
 //! What all requests share: settings, stores, the render thread, and results that are kept or being made.
 
-use std::path::Path as FilePath;
+use std::fmt;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
-use axum::body::Bytes;
 use skyloom::scene::Scene;
-use skyloom::tables::{MixTables, TableLibrary};
+use skyloom::store::{Folder, Store, StoreError};
+use skyloom::tables::{MixTables, TableError, TableLibrary};
 use tokio::sync::{OwnedSemaphorePermit, Semaphore, SemaphorePermit, watch};
 
 use crate::config::Config;
 use crate::images::ImageStore;
 use crate::problem::ApiError;
 use crate::render_queue::{Factory, RenderQueue};
+use crate::replies::Replies;
 use crate::single_flight::SingleFlight;
 use crate::skies::SkyStore;
 
@@ -37,11 +38,9 @@ pub struct App {
     /// The render thread.
     pub queue: RenderQueue,
     /// Encoded replies by entity tag.
-    pub replies: moka::sync::Cache<String, Arc<Reply>>,
-    /// Replies being made.
-    pub runs: SingleFlight<Result<Arc<Reply>, Stopped>>,
+    pub replies: Replies,
     /// Tables being made or loaded.
-    pub tables: SingleFlight<Result<Arc<MixTables>, ApiError>>,
+    pub tables: SingleFlight<Result<Arc<MixTables>, TableError>>,
     image_work: Semaphore,
     uploads: Semaphore,
     table_work: Semaphore,
@@ -52,9 +51,35 @@ pub struct App {
     requests: AtomicU64,
 }
 
-impl std::fmt::Debug for App {
-    fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+impl fmt::Debug for App {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
         formatter.debug_struct("App").field("config", &self.config).field("queue", &self.queue).finish_non_exhaustive()
+    }
+}
+
+/// Why the service could not be opened.
+#[derive(Debug)]
+pub enum OpenError {
+    /// The data folder cannot be used.
+    Store(StoreError),
+    /// The system gives no thread.
+    Thread(std::io::Error),
+}
+
+impl fmt::Display for OpenError {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Store(error) => error.fmt(formatter),
+            Self::Thread(error) => write!(formatter, "starting the render thread: {error}"),
+        }
+    }
+}
+
+impl std::error::Error for OpenError {}
+
+impl From<StoreError> for OpenError {
+    fn from(error: StoreError) -> Self {
+        Self::Store(error)
     }
 }
 
@@ -68,27 +93,19 @@ pub async fn blocking<T: Send + 'static>(
 }
 
 impl App {
-    /// Opens the stores under `config.server.data` and starts the render thread with `factory`.
-    pub fn open(config: Config, factory: Factory) -> std::io::Result<Self> {
-        let data: &FilePath = &config.server.data;
+    /// Opens the store in `config.server.data` and starts the render thread with `factory`.
+    pub fn open(config: Config, factory: Factory) -> Result<Self, OpenError> {
+        let folder = Folder::new(&config.server.data);
+        folder.prepare(&["skies", "images", "tables"])?;
+        let store: Arc<dyn Store> = Arc::new(folder);
         let (limits, cache) = (&config.limits, &config.cache);
-        let replies = moka::sync::Cache::builder()
-            .max_capacity(cache.memory_bytes)
-            .weigher(|_, reply: &Arc<Reply>| u32::try_from(reply.weight()).unwrap_or(u32::MAX))
-            .build();
         let started = SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |since| since.as_secs());
         Ok(Self {
-            library: Arc::new(TableLibrary::new(Some(data.join("tables")))),
-            skies: SkyStore::open(&data.join("skies"), limits.skies)?,
-            images: ImageStore::open(
-                &data.join("images"),
-                limits.image(),
-                limits.image_store_bytes,
-                cache.image_memory_bytes,
-            )?,
-            queue: RenderQueue::start(factory, config.queue.depth)?,
-            replies,
-            runs: SingleFlight::default(),
+            library: Arc::new(TableLibrary::new(Some(Arc::clone(&store)))),
+            skies: SkyStore::open(Arc::clone(&store), limits.skies)?,
+            images: ImageStore::open(store, limits.image(), limits.image_store_bytes, cache.image_memory_bytes)?,
+            queue: RenderQueue::start(factory, config.queue.depth).map_err(OpenError::Thread)?,
+            replies: Replies::new(cache.memory_bytes),
             tables: SingleFlight::default(),
             image_work: Semaphore::new(IMAGE_WORK),
             uploads: Semaphore::new(UPLOADS),
@@ -167,33 +184,4 @@ impl App {
     pub fn body_timeout(&self) -> Duration {
         Duration::from_secs(self.config.server.body_timeout_s)
     }
-}
-
-/// An encoded texture.
-#[derive(Debug)]
-pub struct Reply {
-    /// The file.
-    pub bytes: Bytes,
-    /// Its media type.
-    pub media_type: &'static str,
-    /// Height, width, channels.
-    pub shape: [u32; 3],
-    /// What each stage took.
-    pub timings: Vec<(&'static str, Duration)>,
-}
-
-impl Reply {
-    /// Bytes it takes in memory.
-    pub fn weight(&self) -> usize {
-        self.bytes.len() + size_of::<Self>()
-    }
-}
-
-/// Why a shared run has no reply.
-#[derive(Clone, Debug)]
-pub enum Stopped {
-    /// Nobody waited any more.
-    Cancelled,
-    /// It went wrong, for everyone who waited.
-    Error(ApiError),
 }

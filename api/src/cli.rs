@@ -288,7 +288,7 @@ fn log(level: &str) {
 
 fn serve_command(options: &ArgMatches) -> Result<(), Fault> {
     let mut config = match options.get_one::<PathBuf>("config") {
-        Some(path) => Config::load(path).map_err(Fault::Usage)?,
+        Some(path) => Config::load(path).map_err(|error| Fault::Usage(error.to_string()))?,
         None => Config::default(),
     };
     if let Some(listen) = options.get_one::<SocketAddr>("listen") {
@@ -297,8 +297,8 @@ fn serve_command(options: &ArgMatches) -> Result<(), Fault> {
     if let Some(data) = options.get_one::<PathBuf>("data") {
         config.server.data.clone_from(data);
     }
-    config.check().map_err(Fault::Usage)?;
-    serve::serve(config).map_err(Fault::Failure)
+    config.check().map_err(|error| Fault::Usage(error.to_string()))?;
+    serve::serve(config).map_err(|error| Fault::Failure(error.to_string()))
 }
 
 fn check(options: &ArgMatches) -> Result<(), Fault> {

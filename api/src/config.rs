@@ -1,5 +1,6 @@
 //! Settings of the server. Defaults live here and only here; `config/skyloom.toml` spells them out with comments.
 
+use std::fmt;
 use std::net::{IpAddr, Ipv4Addr, SocketAddr};
 use std::path::{Path, PathBuf};
 use std::time::Duration;
@@ -94,6 +95,48 @@ pub struct Render {
     pub adapter: String,
 }
 
+/// Why settings were refused.
+#[derive(Debug)]
+pub enum ConfigError {
+    /// The file cannot be read.
+    Unreadable(PathBuf, std::io::Error),
+    /// The file is not what it should be.
+    Invalid(PathBuf, toml::de::Error),
+    /// Other machines could reach the address, and nothing says that they may.
+    Remote(SocketAddr),
+    /// A number that must be at least 1; its key.
+    Zero(&'static str),
+    /// Streams would keep all other requests out.
+    Streams {
+        /// `limits.streams`.
+        streams: usize,
+        /// `server.connections`.
+        connections: usize,
+    },
+}
+
+impl fmt::Display for ConfigError {
+    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Unreadable(path, cause) => write!(out, "{}: {cause}", path.display()),
+            Self::Invalid(path, cause) => write!(out, "{}: {cause}", path.display()),
+            Self::Remote(listen) => write!(
+                out,
+                "server.listen = {listen}: other machines could reach this address and the server has no authentication. \
+                 Listen on 127.0.0.1 behind a proxy, or set server.allow_remote = true in the settings file"
+            ),
+            Self::Zero(key) => write!(out, "{key} = 0: must be at least 1"),
+            Self::Streams { streams, connections } => write!(
+                out,
+                "limits.streams = {streams}: must be below server.connections = {connections}, or streams would keep all \
+                 other requests out"
+            ),
+        }
+    }
+}
+
+impl std::error::Error for ConfigError {}
+
 impl Default for Server {
     fn default() -> Self {
         Self {
@@ -158,21 +201,17 @@ impl Limits {
 }
 
 impl Config {
-    /// Reads a settings file; the message names file, line and key of what is wrong.
-    pub fn load(path: &Path) -> Result<Self, String> {
-        let text = std::fs::read_to_string(path).map_err(|error| format!("{}: {error}", path.display()))?;
-        toml::from_str(&text).map_err(|error| format!("{}: {error}", path.display()))
+    /// Reads a settings file; the error names file, line and key of what is wrong.
+    pub fn load(path: &Path) -> Result<Self, ConfigError> {
+        let text = std::fs::read_to_string(path).map_err(|cause| ConfigError::Unreadable(path.to_owned(), cause))?;
+        toml::from_str(&text).map_err(|cause| ConfigError::Invalid(path.to_owned(), cause))
     }
 
     /// Refuses settings that cannot work or that would expose the server unasked.
-    pub fn check(&self) -> Result<(), String> {
+    pub fn check(&self) -> Result<(), ConfigError> {
         let server = &self.server;
         if !server.listen.ip().is_loopback() && !server.allow_remote {
-            return Err(format!(
-                "server.listen = {}: other machines could reach this address and the server has no authentication. \
-                 Listen on 127.0.0.1 behind a proxy, or set server.allow_remote = true in the settings file",
-                server.listen
-            ));
+            return Err(ConfigError::Remote(server.listen));
         }
         let positive = [
             ("server.connections", server.connections as u64),
@@ -188,13 +227,10 @@ impl Config {
             ("queue.timeout_s", self.queue.timeout_s),
         ];
         if let Some((key, _)) = positive.iter().find(|(_, value)| *value == 0) {
-            return Err(format!("{key} = 0: must be at least 1"));
+            return Err(ConfigError::Zero(key));
         }
         if self.limits.streams >= server.connections {
-            return Err(format!(
-                "limits.streams = {}: must be below server.connections = {}, or streams would keep all other requests out",
-                self.limits.streams, server.connections
-            ));
+            return Err(ConfigError::Streams { streams: self.limits.streams, connections: server.connections });
         }
         Ok(())
     }
@@ -223,7 +259,7 @@ mod tests {
     fn streams_leave_connections_for_others() {
         let mut config = Config::default();
         config.server.connections = 200;
-        let error = config.check().unwrap_err();
+        let error = config.check().unwrap_err().to_string();
         assert!(error.contains("limits.streams = 256") && error.contains("server.connections = 200"), "{error}");
         config.limits.streams = 0;
         config.check().unwrap();
@@ -233,7 +269,7 @@ mod tests {
     fn an_address_others_can_reach_needs_permission() {
         let mut config = Config::default();
         config.server.listen = SocketAddr::from(([0, 0, 0, 0], 8080));
-        assert!(config.check().unwrap_err().contains("allow_remote"));
+        assert!(matches!(config.check(), Err(ConfigError::Remote(address)) if address == config.server.listen));
         config.server.allow_remote = true;
         config.check().unwrap();
     }

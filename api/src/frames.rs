@@ -21,6 +21,7 @@ use tokio::sync::OwnedSemaphorePermit;
 
 use crate::app::App;
 use crate::problem::ApiError;
+use crate::version;
 use query::Wanted;
 
 /// Comments between events, so that proxies do not take a quiet stream for a dead one, and a dead one is noticed.
@@ -47,11 +48,13 @@ struct Frames {
 pub async fn get(
     State(app): State<Arc<App>>,
     Path(id): Path<String>,
-    Query(query): Query<Vec<(String, String)>>,
+    Query(mut query): Query<Vec<(String, String)>>,
 ) -> Result<Response, ApiError> {
     let scene = app.sky(&id).await?;
-    let wanted =
-        query::read(&query, &scene, app.config.limits.max_side, clock::now_ms()).map_err(ApiError::InvalidQuery)?;
+    // A version is taken as by the textures, without effect: the links carry the present one.
+    let version = version::take(&mut query);
+    let wanted = query::read(&query, &scene, app.config.limits.max_side, clock::now_ms());
+    let wanted = version::with(version, wanted).map_err(ApiError::InvalidQuery)?.1;
     let place = app.stream()?;
     let left = wanted.count;
     let frames = Frames { app, id, wanted, told: None, left, _place: place };
@@ -100,10 +103,8 @@ impl Frames {
     fn describe(&self, frame: i64) -> Value {
         let time_s = self.wanted.time_s(frame);
         let link = |texture: &query::Texture| {
-            (
-                texture.file.clone(),
-                Value::String(format!("/v1/skies/{}/{}?{}", self.id, texture.file, texture.query(time_s))),
-            )
+            let address = format!("/v1/skies/{}/{}?{}", self.id, texture.file, texture.query(time_s));
+            (texture.file.clone(), Value::String(version::link(&address)))
         };
         json!({
             "time": time_s,

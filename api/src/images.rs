@@ -1,29 +1,26 @@
 //! Uploaded images: stored as they came, under their SHA-256, and decoded when a render needs them.
 
-use std::collections::HashMap;
-use std::path::{Path, PathBuf};
-use std::sync::{Arc, Mutex, PoisonError};
+use std::collections::{HashMap, HashSet};
+use std::sync::Arc;
 
-use skyloom::image::{Image, ImageError, ImageLimits};
+use skyloom::image::{Image, ImageError, ImageLimits, sha256_hex};
 use skyloom::scene::ImageReference;
+use skyloom::store::{Store, StoreError};
 
-use crate::files;
 use crate::problem::{ApiError, FieldProblem};
+use crate::shelf::{Kind, Quota, Shelf, ShelfError};
 
 /// Media types taken by `POST /v1/images`.
 pub const MEDIA_TYPES: &[&str] = &["image/png", "image/x-exr", "application/octet-stream"];
-/// Hexadecimal digits of a SHA-256.
-const NAME_DIGITS: usize = 64;
+const KIND: Kind = Kind { folder: "images", digits: 64, ending: "" };
 
-/// The images under `<data>/images`.
+/// The uploaded images.
 #[derive(Debug)]
 pub struct ImageStore {
-    folder: PathBuf,
+    shelf: Shelf,
     limits: ImageLimits,
     store_bytes: u64,
     decoded: moka::sync::Cache<String, Arc<Image>>,
-    /// Bytes of all files.
-    stored: Mutex<u64>,
 }
 
 /// An image that was stored.
@@ -35,55 +32,74 @@ pub struct Stored {
     pub width: u32,
     /// Texels from north to south.
     pub height: u32,
-    /// False when it was there before.
+    /// False when it was there before, whole.
     pub is_new: bool,
 }
 
+/// Why a scene's image cannot be used.
+#[derive(Clone, Debug)]
+enum Fault {
+    /// There is none of this name.
+    Missing,
+    /// Its bytes are not those that its name was made from.
+    Damaged,
+    /// It is whole, but beyond the limits now in force, or of a kind that is no longer decoded.
+    Refused(ImageError),
+    /// The store could not.
+    Store(StoreError),
+}
+
 impl ImageStore {
-    /// Opens the folder. `store_bytes` bounds all files together, `memory_bytes` the decoded images kept.
-    pub fn open(folder: &Path, limits: ImageLimits, store_bytes: u64, memory_bytes: u64) -> std::io::Result<Self> {
-        let stored = files::open_folder(folder)?.iter().map(|(_, length)| length).sum();
+    /// Opens what is in the store. `store_bytes` bounds all files together, `memory_bytes` the decoded images kept.
+    pub fn open(
+        store: Arc<dyn Store>,
+        limits: ImageLimits,
+        store_bytes: u64,
+        memory_bytes: u64,
+    ) -> Result<Self, StoreError> {
         // The cache weighs in KiB, because a weight has 32 bits.
         let decoded = moka::sync::Cache::builder()
             .max_capacity(memory_bytes >> 10)
             .weigher(|_, image: &Arc<Image>| u32::try_from((image.data.len() * 4) >> 10).unwrap_or(u32::MAX).max(1))
             .build();
-        Ok(Self { folder: folder.to_path_buf(), limits, store_bytes, decoded, stored: Mutex::new(stored) })
+        let shelf = Shelf::open(store, KIND, Quota { count: usize::MAX, bytes: store_bytes })?;
+        Ok(Self { shelf, limits, store_bytes, decoded })
     }
 
-    /// Checks that `bytes` is an image within the limits and stores it.
+    /// Checks that `bytes` is an image within the limits and stores it, also in place of one that is damaged.
     pub fn insert(&self, bytes: &[u8]) -> Result<Stored, ApiError> {
         let image = skyloom::image::decode(bytes, &self.limits).map_err(refusal)?;
-        let sha256 = skyloom::image::sha256_hex(bytes);
+        let sha256 = sha256_hex(bytes);
         let (width, height) = (image.width, image.height);
-        let mut stored = self.stored.lock().unwrap_or_else(PoisonError::into_inner);
-        let path = self.folder.join(&sha256);
-        let is_new = !path.exists();
-        if is_new {
-            let total = *stored + bytes.len() as u64;
-            if total > self.store_bytes {
-                return Err(ApiError::StoreFull(format!("images may take {} bytes together", self.store_bytes)));
-            }
-            files::write_atomically(&path, bytes)
-                .map_err(|error| ApiError::Internal(format!("storing image {sha256}: {error}")))?;
-            *stored = total;
-        }
+        let is_new = self.shelf.keep(&sha256, bytes).map_err(|error| match error {
+            ShelfError::Full => ApiError::StoreFull(format!("images may take {} bytes together", self.store_bytes)),
+            ShelfError::Store(error) => error.into(),
+        })?;
         self.decoded.insert(sha256.clone(), Arc::new(image));
         Ok(Stored { sha256, width, height, is_new })
     }
 
-    /// The references to images that are not stored, as errors of the scene.
-    pub fn missing(&self, references: &[ImageReference]) -> Vec<FieldProblem> {
-        references
-            .iter()
-            .filter(|reference| {
-                !files::is_hex(&reference.sha256, NAME_DIGITS) || !self.folder.join(&reference.sha256).exists()
-            })
-            .map(|reference| FieldProblem {
-                pointer: reference.pointer.clone(),
-                detail: format!("no image {} is stored; upload it first with POST /v1/images", reference.sha256),
-            })
-            .collect()
+    /// The references to images that are not stored whole, as errors of the scene.
+    pub fn missing(&self, references: &[ImageReference]) -> Result<Vec<FieldProblem>, ApiError> {
+        let mut whole = HashSet::new();
+        let mut problems = Vec::new();
+        for reference in references {
+            let name = reference.sha256.as_str();
+            let look = || match self.shelf.is_name(name) && self.decoded.contains_key(name) {
+                true => self.shelf.exists(name).map_err(Fault::Store)?.then_some(()).ok_or(Fault::Missing),
+                false => self.read(name).map(|_| ()),
+            };
+            if whole.contains(name) {
+                continue;
+            }
+            match look() {
+                Ok(()) => {
+                    whole.insert(name);
+                }
+                Err(fault) => problems.push(fault.of(reference)?),
+            }
+        }
+        Ok(problems)
     }
 
     /// The same as [`ImageStore::load`] if all of them are in memory.
@@ -94,25 +110,53 @@ impl ImageStore {
 
     /// The images that `references` name, decoded.
     pub fn load(&self, references: &[ImageReference]) -> Result<HashMap<String, Arc<Image>>, ApiError> {
-        let missing = self.missing(references);
-        if !missing.is_empty() {
-            return Err(ApiError::InvalidScene(missing));
-        }
         let mut images = HashMap::new();
-        for ImageReference { sha256, .. } in references {
-            if images.contains_key(sha256) {
-                continue;
+        let mut problems = Vec::new();
+        for reference in references {
+            let name = &reference.sha256;
+            let decode = || {
+                let bytes = self.read(name)?;
+                skyloom::image::decode(&bytes, &self.limits).map(Arc::new).map_err(Fault::Refused)
+            };
+            match self.decoded.try_get_with(name.clone(), decode) {
+                Ok(image) => {
+                    images.insert(name.clone(), image);
+                }
+                Err(fault) => problems.push(fault.of(reference)?),
             }
-            let image = self
-                .decoded
-                .try_get_with(sha256.clone(), || {
-                    let bytes = std::fs::read(self.folder.join(sha256)).map_err(|error| error.to_string())?;
-                    skyloom::image::decode(&bytes, &self.limits).map(Arc::new).map_err(|error| error.to_string())
-                })
-                .map_err(|error: Arc<String>| ApiError::Internal(format!("loading image {sha256}: {error}")))?;
-            images.insert(sha256.clone(), image);
         }
-        Ok(images)
+        if problems.is_empty() { Ok(images) } else { Err(ApiError::LostImages(problems)) }
+    }
+
+    /// An image's bytes, which are those that its name was made from.
+    fn read(&self, name: &str) -> Result<Vec<u8>, Fault> {
+        if !self.shelf.is_name(name) {
+            return Err(Fault::Missing);
+        }
+        let bytes = self.shelf.read(name).map_err(Fault::Store)?.ok_or(Fault::Missing)?;
+        if sha256_hex(&bytes) == name {
+            return Ok(bytes);
+        }
+        tracing::warn!(name, "a stored image is damaged");
+        Err(Fault::Damaged)
+    }
+}
+
+impl Fault {
+    /// The fault where a scene names the image; an error of its own if it is not the image's.
+    fn of(&self, reference: &ImageReference) -> Result<FieldProblem, ApiError> {
+        let name = &reference.sha256;
+        let detail = match self {
+            Self::Missing => format!("no image {name} is stored; upload it first with POST /v1/images"),
+            Self::Damaged => {
+                format!(
+                    "the stored image {name} is damaged (its bytes have another SHA-256); upload it again with POST /v1/images"
+                )
+            }
+            Self::Refused(error) => format!("this server does not take the stored image {name}: {error}"),
+            Self::Store(error) => return Err(error.clone().into()),
+        };
+        Ok(FieldProblem { pointer: reference.pointer.clone(), detail })
     }
 }
 

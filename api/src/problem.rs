@@ -9,6 +9,7 @@ use axum::response::{IntoResponse, Response};
 use serde::Serialize;
 use skyloom::request::RequestError;
 use skyloom::scene::{FieldError, SceneError};
+use skyloom::store::StoreError;
 
 /// One wrong field.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
@@ -77,7 +78,7 @@ kinds! {
     NO_ROUTE = "no-such-route", NOT_FOUND, "No such address",
         "The routes are /v1/skies, /v1/images, /v1/presets, /v1/limits, /health/live, /health/ready and the viewer at /.";
     NO_SKY = "unknown-sky", NOT_FOUND, "No such sky",
-        "Skies are registered with POST /v1/skies, which answers with their id and links. A deleted sky can be registered again.";
+        "Skies are registered with POST /v1/skies, which answers with their id and links. One that was deleted, or that the disk damaged, can be registered again.";
     NO_TEXTURE = "unknown-texture", NOT_FOUND, "No such texture",
         "A texture's address is /v1/skies/{id}/{texture}.{format}; the links of GET /v1/skies/{id} list them.";
     METHOD = "method-not-allowed", METHOD_NOT_ALLOWED, "Method not allowed", "The header Allow lists the methods of this address.";
@@ -87,6 +88,8 @@ kinds! {
         "Scenes are application/json; images are PNG or OpenEXR, sent as image/png, image/x-exr or application/octet-stream.";
     INVALID_SCENE = "invalid-scene", UNPROCESSABLE_ENTITY, "The scene is not valid",
         "Each entry of `errors` names a field by JSON pointer and says what is allowed. Nothing was stored.";
+    LOST_IMAGE = "lost-image", UNPROCESSABLE_ENTITY, "An image of the scene is gone or damaged",
+        "Each entry of `errors` names the scene's field and the SHA-256 of its image. Upload the same file again with POST /v1/images; the sky and its addresses stay.";
     INVALID_QUERY = "invalid-query", UNPROCESSABLE_ENTITY, "The query is not valid",
         "Each entry of `errors` names a query parameter and says what is allowed. Unknown and repeated parameters are refused.";
     INTERNAL = "internal", INTERNAL_SERVER_ERROR, "Internal error",
@@ -122,6 +125,10 @@ pub enum ApiError {
     MediaType(String),
     /// Readable scene with wrong fields.
     InvalidScene(Vec<FieldProblem>),
+    /// Sky that was registered and cannot be read any more; how that is mended.
+    LostSky(String),
+    /// Registered scene whose images are no longer whole; which ones.
+    LostImages(Vec<FieldProblem>),
     /// Query with wrong parameters.
     InvalidQuery(Vec<FieldProblem>),
     /// Defect of the server; the text goes to the log only.
@@ -143,12 +150,13 @@ impl ApiError {
         match self {
             Self::Unreadable(_) => &UNREADABLE,
             Self::NoRoute => &NO_ROUTE,
-            Self::UnknownSky(_) => &NO_SKY,
+            Self::UnknownSky(_) | Self::LostSky(_) => &NO_SKY,
             Self::UnknownTexture(_) => &NO_TEXTURE,
             Self::SlowBody => &SLOW_BODY,
             Self::TooLarge(_) => &TOO_LARGE,
             Self::MediaType(_) => &MEDIA_TYPE,
             Self::InvalidScene(_) => &INVALID_SCENE,
+            Self::LostImages(_) => &LOST_IMAGE,
             Self::InvalidQuery(_) => &INVALID_QUERY,
             Self::Internal(_) => &INTERNAL,
             Self::NotReady(_) => &NOT_READY,
@@ -177,11 +185,14 @@ impl ApiError {
             (detail, errors)
         };
         let detail = match self {
-            Self::InvalidScene(errors) | Self::InvalidQuery(errors) => return listed(errors),
+            Self::InvalidScene(errors) | Self::LostImages(errors) | Self::InvalidQuery(errors) => {
+                return listed(errors);
+            }
             Self::Unreadable(detail)
             | Self::UnknownTexture(detail)
             | Self::TooLarge(detail)
             | Self::MediaType(detail)
+            | Self::LostSky(detail)
             | Self::NotReady(detail)
             | Self::StoreFull(detail) => detail,
             Self::UnknownSky(id) => format!("no sky {id} is registered"),
@@ -202,6 +213,15 @@ impl From<SceneError> for ApiError {
             SceneError::Unreadable(detail) => Self::Unreadable(detail),
             SceneError::Invalid(errors) => Self::InvalidScene(field_problems(errors)),
             other => Self::Unreadable(other.to_string()),
+        }
+    }
+}
+
+impl From<StoreError> for ApiError {
+    fn from(error: StoreError) -> Self {
+        match error {
+            StoreError::Full(_) => Self::StoreFull(error.to_string()),
+            other => Self::Internal(other.to_string()),
         }
     }
 }

@@ -11,6 +11,8 @@ use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
 use serde::Serialize;
+use skyloom::encode::Encoded;
+use skyloom::gpu::GpuError;
 use skyloom::render::{Job, RenderError, Watch};
 use tokio::sync::{mpsc, oneshot, watch};
 
@@ -52,7 +54,7 @@ pub struct Picture {
     /// What each stage took.
     pub timings: Vec<(&'static str, Duration)>,
     /// Makes the file.
-    pub encode: Box<dyn FnOnce() -> Result<Vec<u8>, Failure> + Send>,
+    pub encode: Box<dyn FnOnce() -> Result<Encoded, RenderError> + Send>,
 }
 
 /// What the render thread needs of a renderer; tests put a fake in its place.
@@ -64,10 +66,10 @@ pub trait Render {
 }
 
 /// Makes a renderer, on the render thread; the error says why there is none and what to install.
-pub type Factory = Box<dyn FnMut() -> Result<Box<dyn Render>, String> + Send>;
+pub type Factory = Box<dyn FnMut() -> Result<Box<dyn Render>, GpuError> + Send>;
 
 /// Why a job gave no picture.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq)]
 pub enum Failure {
     /// There is no renderer; the reason.
     NotReady(String),
@@ -79,8 +81,10 @@ pub enum Failure {
     Cancelled,
     /// The request cannot be met.
     Invalid(Vec<FieldProblem>),
-    /// A defect; the text is for the log.
-    Failed(String),
+    /// A defect of the renderer or its driver, for the log.
+    Render(RenderError),
+    /// The same, for which the log has a panic.
+    Panicked,
 }
 
 /// State of the render thread.
@@ -275,9 +279,10 @@ impl Worker {
     }
 
     fn make(&mut self) -> Result<Box<dyn Render>, String> {
-        catch_unwind(AssertUnwindSafe(|| (self.factory)())).unwrap_or_else(|_| {
-            Err("the renderer failed while it was being prepared; the log has the cause".to_owned())
-        })
+        match catch_unwind(AssertUnwindSafe(|| (self.factory)())) {
+            Ok(made) => made.map_err(|error| error.to_string()),
+            Err(_panic) => Err("the renderer failed while it was being prepared; the log has the cause".to_owned()),
+        }
     }
 
     /// Refuses what comes in for a while; false when the queue was closed.
@@ -323,7 +328,7 @@ impl Worker {
                 Ok(Err(error)) => answer(order, Err(failure(error))),
                 Err(_panic) => {
                     // What the renderer holds may be half written; the message itself went to the panic hook.
-                    answer(order, Err(Failure::Failed("the renderer panicked".to_owned())));
+                    answer(order, Err(Failure::Panicked));
                     return Leave::Lost(None);
                 }
             }
@@ -337,11 +342,12 @@ fn answer(order: Order, result: Result<Held, Failure>) {
     }
 }
 
-fn failure(error: RenderError) -> Failure {
+/// What an error of the renderer means to those who wait.
+pub(crate) fn failure(error: RenderError) -> Failure {
     match error {
         RenderError::Cancelled => Failure::Cancelled,
         RenderError::Deadline => Failure::Deadline,
         RenderError::Invalid(errors) => Failure::Invalid(field_problems(errors)),
-        other => Failure::Failed(other.to_string()),
+        other => Failure::Render(other),
     }
 }

@@ -21,7 +21,7 @@ use crate::images::MEDIA_TYPES;
 use crate::problem::{self, ApiError, KINDS, field_problems};
 use crate::render_queue::State as RenderState;
 
-use crate::{body, frames, presets, textures, viewer};
+use crate::{body, frames, presets, textures, version, viewer};
 
 const REQUEST_ID: HeaderName = HeaderName::from_static("x-request-id");
 
@@ -80,9 +80,14 @@ async fn register_sky(State(app): State<Arc<App>>, request: Request) -> Result<R
         )));
     }
     let bytes = body::read(&parts.headers, body, app.config.limits.scene_bytes, app.body_timeout()).await?;
+    let scene = Arc::new(blocking(move || Ok(Scene::from_json(&bytes)?)).await?);
+    let references = scene.image_references();
+    // Whether they are whole is seen by reading them.
+    let _permit = if references.is_empty() { None } else { Some(app.image_work().await?) };
+    let own = Arc::clone(&app);
     blocking(move || {
-        let scene = Arc::new(Scene::from_json(&bytes)?);
-        let missing = app.images.missing(&scene.image_references());
+        let app = own;
+        let missing = app.images.missing(&references)?;
         if !missing.is_empty() {
             return Err(ApiError::InvalidScene(missing));
         }
@@ -109,17 +114,19 @@ async fn remove_sky(State(app): State<Arc<App>>, Path(id): Path<String>) -> Resu
     Ok(StatusCode::NO_CONTENT)
 }
 
-/// Id, normalised scene, links to its textures, and notes on fields that have no effect.
+/// Id, normalised scene, links to its textures in the present version, and notes on fields that have no effect.
 fn describe(id: &str, scene: &Scene) -> Value {
     let own = format!("/v1/skies/{id}");
+    let texture = |name: &str| version::link(&format!("{own}/{name}.exr"));
     json!({
         "id": id,
+        "version": *skyloom::VERSION,
         "links": {
             "self": own,
-            "cloud": format!("{own}/cloud.exr"),
-            "shadow": format!("{own}/shadow.exr"),
-            "irradiance": format!("{own}/irradiance.exr"),
-            "thickness": format!("{own}/thickness.exr"),
+            "cloud": texture("cloud"),
+            "shadow": texture("shadow"),
+            "irradiance": texture("irradiance"),
+            "thickness": texture("thickness"),
             "plan": format!("{own}/plan"),
             "frames": format!("{own}/frames"),
         },

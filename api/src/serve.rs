@@ -1,7 +1,9 @@
 //! Listening, serving connections, and stopping without cutting anyone off.
 
-use std::io::Write as _;
+use std::fmt;
+use std::io::{self, Write as _};
 use std::net::SocketAddr;
+use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -13,7 +15,7 @@ use hyper_util::service::TowerToHyperService;
 use tokio::net::{TcpListener, TcpStream};
 use tokio::sync::Semaphore;
 
-use crate::app::App;
+use crate::app::{App, OpenError};
 use crate::config::Config;
 use crate::render_queue::core_factory;
 use crate::routes::router;
@@ -23,28 +25,54 @@ const FAREWELL: Duration = Duration::from_secs(5);
 /// Pause after a connection could not be accepted (out of file descriptors, usually).
 const ACCEPT_PAUSE: Duration = Duration::from_millis(100);
 
-/// Serves until SIGTERM or SIGINT; the error says what kept it from starting.
-pub fn serve(config: Config) -> Result<(), String> {
-    let runtime = tokio::runtime::Builder::new_multi_thread()
-        .enable_all()
-        .build()
-        .map_err(|error| format!("starting threads: {error}"))?;
+/// What kept the server from starting.
+#[derive(Debug)]
+pub enum ServeError {
+    /// The system gives no threads.
+    Threads(io::Error),
+    /// The signals that stop the server cannot be heard.
+    Signals(io::Error),
+    /// The address cannot be listened on.
+    Listen(SocketAddr, io::Error),
+    /// The service could not be opened on this data folder.
+    Open(PathBuf, OpenError),
+    /// Nobody can be told the address.
+    Stdout(io::Error),
+}
+
+impl fmt::Display for ServeError {
+    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Threads(error) => write!(out, "starting threads: {error}"),
+            Self::Signals(error) => write!(out, "signal handler: {error}"),
+            Self::Listen(address, error) => write!(out, "listening on {address}: {error}"),
+            Self::Open(data, error) => write!(out, "data folder {}: {error}", data.display()),
+            Self::Stdout(error) => write!(out, "writing to stdout: {error}"),
+        }
+    }
+}
+
+impl std::error::Error for ServeError {}
+
+/// Serves until SIGTERM or SIGINT.
+pub fn serve(config: Config) -> Result<(), ServeError> {
+    let runtime = tokio::runtime::Builder::new_multi_thread().enable_all().build().map_err(ServeError::Threads)?;
     let result = runtime.block_on(run(config));
     // Tables that are still being computed hold no data of users; they are not waited for.
     runtime.shutdown_background();
     result
 }
 
-async fn run(config: Config) -> Result<(), String> {
+async fn run(config: Config) -> Result<(), ServeError> {
     let mut stop = StopSignals::install()?;
     let listen = config.server.listen;
-    let listener = TcpListener::bind(listen).await.map_err(|error| format!("listening on {listen}: {error}"))?;
-    let address = listener.local_addr().map_err(|error| format!("listening on {listen}: {error}"))?;
+    let listener = TcpListener::bind(listen).await.map_err(|error| ServeError::Listen(listen, error))?;
+    let address = listener.local_addr().map_err(|error| ServeError::Listen(listen, error))?;
     let factory = core_factory(config.render.wanted());
     let data = config.server.data.clone();
-    let app = App::open(config, factory).map_err(|error| format!("data folder {}: {error}", data.display()))?;
+    let app = App::open(config, factory).map_err(|error| ServeError::Open(data.clone(), error))?;
     let app = Arc::new(app);
-    announce(address).map_err(|error| format!("writing to stdout: {error}"))?;
+    announce(address).map_err(ServeError::Stdout)?;
     tracing::info!(%address, data = %data.display(), version = %*skyloom::VERSION, "listening");
 
     let connections = accept(&app, listener, &mut stop).await;
@@ -59,8 +87,8 @@ async fn run(config: Config) -> Result<(), String> {
 }
 
 /// The one line on stdout, for scripts that asked for port 0.
-fn announce(address: SocketAddr) -> std::io::Result<()> {
-    let mut stdout = std::io::stdout().lock();
+fn announce(address: SocketAddr) -> io::Result<()> {
+    let mut stdout = io::stdout().lock();
     writeln!(stdout, "listening on http://{address}")?;
     stdout.flush()
 }
@@ -145,9 +173,9 @@ struct StopSignals {
 
 #[cfg(unix)]
 impl StopSignals {
-    fn install() -> Result<Self, String> {
+    fn install() -> Result<Self, ServeError> {
         use tokio::signal::unix::{SignalKind, signal};
-        let install = |kind| signal(kind).map_err(|error| format!("signal handler: {error}"));
+        let install = |kind| signal(kind).map_err(ServeError::Signals);
         Ok(Self { terminate: install(SignalKind::terminate())?, interrupt: install(SignalKind::interrupt())? })
     }
 
@@ -164,7 +192,7 @@ struct StopSignals;
 
 #[cfg(not(unix))]
 impl StopSignals {
-    fn install() -> Result<Self, String> {
+    fn install() -> Result<Self, ServeError> {
         Ok(Self)
     }
 

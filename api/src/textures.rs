@@ -1,43 +1,46 @@
 //! `GET /v1/skies/{id}/{texture}.{format}`: from query to bytes.
 //!
-//! Order of work: sky, query, tag (304), cache, then one run shared by everyone who asks for the same thing: tables, queue,
+//! Order of work: sky, query, tag (304), memory, then one run shared by everyone who asks for the same thing: tables, queue,
 //! render, encoding. Waiting for tables has no limit; the deadline begins when they are there.
 
-use std::collections::HashMap;
 use std::fmt::Write as _;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
 use axum::Json;
-use axum::body::Body;
+use axum::body::{Body, Bytes};
 use axum::extract::{Path, Query, State};
-use axum::http::{HeaderMap, HeaderName, HeaderValue, StatusCode, header};
+use axum::http::{HeaderMap, HeaderName, HeaderValue, Method as HttpMethod, StatusCode, header};
 use axum::response::{IntoResponse, Response};
-use serde_json::json;
+use futures_util::stream;
+use serde::Serialize;
 use sha2::{Digest as _, Sha256};
-use skyloom::plan::{Choice, Plan, expected_error};
-use skyloom::render::Job;
-use skyloom::request::{Method, Request, RequestError};
+use skyloom::plan::{Choice, Plan, expected_error, meets_tolerance};
+use skyloom::render::{Images, Job};
+use skyloom::request::{Request, RequestError};
 use skyloom::scene::Scene;
-use skyloom::tables::MixTables;
+use skyloom::tables::TableError;
 
-use crate::app::{App, Reply, Stopped, blocking};
+use crate::app::{App, blocking};
 use crate::problem::{ApiError, FieldProblem, field_problems};
-use crate::render_queue::{Adapter, Failure};
+use crate::render_queue::{Adapter, Failure, failure};
+use crate::replies::{Given, Reply, Stopped};
+use crate::version::{self, Caching};
 
-/// A texture never changes under its address: scene and query decide it.
-const FOR_EVER: HeaderValue = HeaderValue::from_static("public, max-age=31536000, immutable");
-/// Runs a request joins when each is given up just as it joins.
-const ATTEMPTS: usize = 3;
 /// How often the log tells how far tables are.
 const TELL_EVERY: Duration = Duration::from_secs(2);
 const SHAPE: HeaderName = HeaderName::from_static("x-skyloom-shape");
+/// Bits of a sample: an EXR is half unless its values need floats.
+const DEPTH: HeaderName = HeaderName::from_static("skyloom-depth");
+const EXPECTED_ERROR: HeaderName = HeaderName::from_static("skyloom-expected-error");
+const TOLERANCE_MET: HeaderName = HeaderName::from_static("skyloom-tolerance-met");
 const SERVER_TIMING: HeaderName = HeaderName::from_static("server-timing");
 
 /// Answers a request for a texture.
 pub async fn get(
     State(app): State<Arc<App>>,
+    method: HttpMethod,
     Path((id, file)): Path<(String, String)>,
     Query(query): Query<Vec<(String, String)>>,
     headers: HeaderMap,
@@ -46,8 +49,8 @@ pub async fn get(
     let Some((texture, format)) = file.rsplit_once('.') else {
         return Err(ApiError::UnknownTexture(format!("{file:?} names no texture: it is {{texture}}.{{format}}")));
     };
-    let request = Request::parse(texture, format, &query)?;
-    check(&scene, &request, app.config.limits.max_side)?;
+    let (caching, request) = read(texture, format, query)?;
+    let request = fitted(&scene, &request, app.config.limits.max_side).map_err(ApiError::InvalidQuery)?;
 
     // Without an adapter there is no tag; one that is just being prepared is worth waiting for.
     if app.queue.adapter().is_none() {
@@ -56,34 +59,75 @@ pub async fn get(
     let adapter = app.queue.adapter().ok_or_else(|| ApiError::NotReady("the renderer is not prepared".to_owned()))?;
     let tag = entity_tag(&id, &request, &adapter);
     if not_modified(&headers, &tag) {
-        let headers = [(header::ETAG, tag_value(&tag)?), (header::CACHE_CONTROL, FOR_EVER)];
+        let headers = [(header::ETAG, tag_value(&tag)?), (header::CACHE_CONTROL, caching.header())];
         return Ok((StatusCode::NOT_MODIFIED, headers).into_response());
     }
-    if let Some(reply) = app.replies.get(&tag) {
-        return respond(&reply, &tag, "cache;desc=hit".to_owned());
+    let plan = Plan::new(&request);
+    let choices = plan.explain(&scene, &request);
+    let head = Head { tag: &tag, caching, request: &request, plan: &plan, choices: &choices };
+    if method == HttpMethod::HEAD {
+        return match app.replies.get(&tag) {
+            Some(reply) => head.with(&Given { reply, was_kept: true }),
+            // Nothing is rendered for a head; that the images are whole costs little to see.
+            None => images(&app, &scene).await.and_then(|_| head.alone()),
+        };
     }
-    let reply = shared_run(&app, &scene, &request, &tag).await?;
-    respond(&reply, &tag, server_timing(&reply.timings))
+    let make = |cancelled| make(Arc::clone(&app), Arc::clone(&scene), request, cancelled);
+    head.with(&app.replies.get_or_make(&tag, make).await?)
 }
 
-fn check(scene: &Scene, request: &Request, max_side: u32) -> Result<(), ApiError> {
-    let problems = problems(scene, request, max_side);
-    if problems.is_empty() { Ok(()) } else { Err(ApiError::InvalidQuery(problems)) }
+/// Reads an address.
+fn read(texture: &str, format: &str, mut query: Vec<(String, String)>) -> Result<(Caching, Request), ApiError> {
+    let version = version::take(&mut query);
+    let request = match Request::parse(texture, format, &query) {
+        Err(RequestError::Invalid(errors)) => Err(field_problems(errors)),
+        parsed => Ok(parsed?),
+    };
+    version::with(version, request).map_err(ApiError::InvalidQuery)
 }
 
-/// What the scene and this server have against a request: a layer that the scene lacks, a side beyond the operator's
-/// limit, which may be tighter than the renderer's, and a method that takes minutes, and the one render thread with it.
-pub fn problems(scene: &Scene, request: &Request, max_side: u32) -> Vec<FieldProblem> {
-    let mut problems = request.check(scene).map_or_else(field_problems, |()| Vec::new());
+/// The normal form of a request of a scene, or what the scene and this server have against it: a layer that the scene lacks, a
+/// side beyond the operator's limit, which may be tighter than the renderer's, and a method that takes minutes, and the one
+/// render thread with it.
+pub fn fitted(scene: &Scene, request: &Request, max_side: u32) -> Result<Request, Vec<FieldProblem>> {
+    let (fitted, mut problems) = match request.of(scene) {
+        Ok(fitted) => (Some(fitted), Vec::new()),
+        Err(errors) => (None, field_problems(errors)),
+    };
     let mut wrong = |name: &str, detail| problems.push(FieldProblem { pointer: name.to_owned(), detail });
     let side = request.size.unwrap_or(scene.resolution());
     if side > max_side {
         wrong("size", format!("{side} texels a side; this server allows 1 to {max_side}"));
     }
-    if request.method == Some(Method::Reference) {
+    if request.wanted.reference().is_some() {
         wrong("method", "\"reference\" is for the command line: skyloom render --method reference".to_owned());
     }
-    problems
+    fitted.filter(|_| problems.is_empty()).ok_or(problems)
+}
+
+/// What a request for a texture would do.
+#[derive(Serialize)]
+struct PlanAnswer<'a> {
+    texture: &'a str,
+    tolerance: f64,
+    meets_tolerance: bool,
+    expected_error: f64,
+    stages: Vec<Stage<'a>>,
+}
+
+#[derive(Serialize)]
+struct Stage<'a> {
+    stage: &'static str,
+    choice: &'a str,
+    reason: &'a str,
+    error: f64,
+}
+
+impl<'a> Stage<'a> {
+    fn of(choice: &'a Choice) -> Self {
+        let Choice { stage, choice, reason, error } = choice;
+        Self { stage, choice, reason, error: *error }
+    }
 }
 
 /// Answers what a request for a texture would do: the query is that of the texture, and `texture` names it (`cloud` if
@@ -96,49 +140,23 @@ pub async fn plan(
     let scene = app.sky(&id).await?;
     let named = query.iter().position(|(name, _)| name == "texture");
     let texture = named.map_or_else(|| "cloud".to_owned(), |at| query.remove(at).1);
-    let request = Request::parse(&texture, "exr", &query).map_err(|error| match error {
-        RequestError::UnknownTexture(_) => {
-            ApiError::InvalidQuery(vec![FieldProblem { pointer: "texture".to_owned(), detail: error.to_string() }])
+    let (_, request) = read(&texture, "exr", query).map_err(|error| match error {
+        ApiError::UnknownTexture(detail) => {
+            ApiError::InvalidQuery(vec![FieldProblem { pointer: "texture".to_owned(), detail }])
         }
-        other => other.into(),
+        other => other,
     })?;
-    check(&scene, &request, app.config.limits.max_side)?;
-    let choices = Plan::new(&request).explain(&scene, &request);
-    let stage = |choice: &Choice| json!({ "stage": choice.stage, "choice": choice.choice, "reason": choice.reason, "error": choice.error });
-    let answer = json!({
-        "texture": texture,
-        "tolerance": request.tolerance,
-        "expected_error": expected_error(&choices),
-        "stages": choices.iter().map(stage).collect::<Vec<_>>(),
-    });
+    let request = fitted(&scene, &request, app.config.limits.max_side).map_err(ApiError::InvalidQuery)?;
+    let plan = Plan::new(&request);
+    let choices = plan.explain(&scene, &request);
+    let answer = PlanAnswer {
+        texture: &texture,
+        tolerance: plan.tolerance,
+        meets_tolerance: meets_tolerance(&choices, &plan),
+        expected_error: expected_error(&choices),
+        stages: choices.iter().map(Stage::of).collect(),
+    };
     Ok(([(header::CACHE_CONTROL, "no-cache")], Json(answer)).into_response())
-}
-
-async fn shared_run(app: &Arc<App>, scene: &Arc<Scene>, request: &Request, tag: &str) -> Result<Arc<Reply>, ApiError> {
-    for _ in 0..ATTEMPTS {
-        let run = |cancelled: Arc<AtomicBool>| {
-            let (app, scene, request, tag) = (Arc::clone(app), Arc::clone(scene), request.clone(), tag.to_owned());
-            async move {
-                let reply = Arc::new(make(&app, scene, request, cancelled).await?);
-                app.replies.insert(tag, Arc::clone(&reply));
-                Ok(reply)
-            }
-        };
-        match app.runs.join(tag, run).await {
-            Some(Ok(reply)) => return Ok(reply),
-            // The run was given up just when this caller joined it: there is a caller now, so start it again.
-            Some(Err(Stopped::Cancelled)) => tokio::task::yield_now().await,
-            Some(Err(Stopped::Error(error))) => return Err(error),
-            None => return Err(ApiError::Internal("making a texture panicked".to_owned())),
-        }
-    }
-    Err(ApiError::NotReady("the render was given up".to_owned()))
-}
-
-impl From<ApiError> for Stopped {
-    fn from(error: ApiError) -> Self {
-        Self::Error(error)
-    }
 }
 
 impl From<Failure> for ApiError {
@@ -149,23 +167,29 @@ impl From<Failure> for ApiError {
             Failure::Deadline => Self::Deadline,
             Failure::Invalid(errors) => Self::InvalidQuery(errors),
             Failure::Cancelled => Self::NotReady("the render was given up".to_owned()),
-            Failure::Failed(cause) => Self::Internal(cause),
+            Failure::Render(cause) => Self::Internal(cause.to_string()),
+            Failure::Panicked => Self::Internal("the renderer panicked".to_owned()),
         }
     }
 }
 
+/// One run: from a request that is sound to its file.
 async fn make(
-    app: &Arc<App>,
+    app: Arc<App>,
     scene: Arc<Scene>,
     request: Request,
     cancelled: Arc<AtomicBool>,
 ) -> Result<Reply, Stopped> {
-    let tables = tables(app, &scene, &request, &cancelled).await?;
-    let images = images(app, &scene).await?;
-    let media_type = request.format.media_type();
-    let job = Arc::new(Job { scene, request, tables, images });
+    // Before the tables, which would be made in vain.
+    let images = images(&app, &scene).await?;
+    tables(&app, &scene, &request, &cancelled).await?;
+    let media_type = request.format().media_type();
+    let library = Arc::clone(&app.library);
+    // Its tables are in memory by now.
+    let prepare = move || Ok(Job::prepare(scene, request, &images, &library, &|_| ()));
+    let job = blocking(prepare).await?.map_err(|error| ApiError::from(failure(error)))?;
     let deadline = Instant::now() + app.config.queue.timeout();
-    let held = match app.queue.render(job, deadline, cancelled).await {
+    let held = match app.queue.render(Arc::new(job), deadline, cancelled).await {
         Ok(held) => held,
         Err(Failure::Cancelled) => return Err(Stopped::Cancelled),
         Err(failure) => return Err(ApiError::from(failure).into()),
@@ -173,31 +197,27 @@ async fn make(
     let reply = blocking(move || {
         let start = Instant::now();
         let picture = held.picture;
-        let bytes = (picture.encode)().map_err(ApiError::from)?;
+        let file = (picture.encode)().map_err(|error| ApiError::from(failure(error)))?;
         let mut timings = picture.timings;
         timings.push(("encode", start.elapsed()));
-        Ok(Reply { bytes: bytes.into(), media_type, shape: picture.shape, timings })
+        Ok(Reply { bytes: file.bytes.into(), bits: file.bits, media_type, shape: picture.shape, timings })
     })
     .await?;
     Ok(reply)
 }
 
-async fn tables(
-    app: &Arc<App>,
-    scene: &Scene,
-    request: &Request,
-    cancelled: &AtomicBool,
-) -> Result<Vec<Arc<MixTables>>, Stopped> {
-    let detail = Plan::new(request).detail;
-    let mut tables = Vec::new();
-    for mix in scene.mixes() {
+/// Makes the tables of a scene, unless they are there.
+async fn tables(app: &Arc<App>, scene: &Scene, request: &Request, cancelled: &AtomicBool) -> Result<(), Stopped> {
+    let detail = Plan::new(request).detail();
+    for (layer, mix) in scene.mixes().into_iter().enumerate() {
         // One blocking thread for each mix, however many requests wait for it. Tables once begun are finished: the next
         // request will want them too.
         let build = |_: Arc<AtomicBool>| {
             let (app, library, mix) = (Arc::clone(app), Arc::clone(&app.library), mix.clone());
             async move {
-                let _permit = app.table_work().await?;
-                blocking(move || {
+                let abandoned = TableError::Abandoned(mix.describe());
+                let Ok(_permit) = app.table_work().await else { return Err(abandoned) };
+                let work = move || {
                     let told = Mutex::new(Instant::now());
                     let tell = |part: f64| {
                         let mut told = told.lock().unwrap_or_else(PoisonError::into_inner);
@@ -206,24 +226,36 @@ async fn tables(
                             tracing::info!(mix = mix.describe(), percent = (100.0 * part).round(), "making tables");
                         }
                     };
-                    library.get(&mix, detail, &tell).map_err(|error| ApiError::Internal(format!("tables: {error}")))
-                })
-                .await
+                    Ok(library.get(&mix, detail, &tell))
+                };
+                blocking(work).await.unwrap_or(Err(abandoned))
             }
         };
         let built = app.tables.join(&format!("{} {detail:?}", mix.key()), build).await;
-        tables.push(built.unwrap_or_else(|| Err(ApiError::Internal("making tables panicked".to_owned())))?);
+        let built = built.unwrap_or_else(|| Err(TableError::Abandoned(mix.describe())));
+        built.map_err(|error| refused(error, layer))?;
         if cancelled.load(Ordering::Relaxed) {
             return Err(Stopped::Cancelled);
         }
     }
-    Ok(tables)
+    Ok(())
 }
 
-async fn images(app: &Arc<App>, scene: &Scene) -> Result<HashMap<String, Arc<skyloom::image::Image>>, ApiError> {
+/// Whose fault it is that a layer has no tables: droplets that cannot be computed are the scene's.
+fn refused(error: TableError, layer: usize) -> ApiError {
+    match error {
+        TableError::Optics { .. } => ApiError::InvalidScene(vec![FieldProblem {
+            pointer: format!("/layers/{layer}/droplets"),
+            detail: error.to_string(),
+        }]),
+        other => ApiError::Internal(other.to_string()),
+    }
+}
+
+async fn images(app: &Arc<App>, scene: &Scene) -> Result<Images, ApiError> {
     let references = scene.image_references();
     if references.is_empty() {
-        return Ok(HashMap::new());
+        return Ok(Images::new());
     }
     let recent = app.images.recent(&references);
     if let Some(images) = recent {
@@ -236,16 +268,9 @@ async fn images(app: &Arc<App>, scene: &Scene) -> Result<HashMap<String, Arc<sky
 
 fn entity_tag(id: &str, request: &Request, adapter: &Adapter) -> String {
     let mut hash = Sha256::new();
-    let parts = [
-        id,
-        request.texture.name(),
-        request.format.extension(),
-        &request.canonical(),
-        &skyloom::VERSION,
-        &adapter.name,
-        &adapter.driver,
-    ];
-    for part in parts {
+    let (file, query) = (request.file_name(), request.to_query());
+    let query = query.iter().flat_map(|(name, value)| [*name, value.as_str()]);
+    for part in [id, &file, &skyloom::VERSION, &adapter.name, &adapter.driver].into_iter().chain(query) {
         hash.update(part.as_bytes());
         hash.update([0]);
     }
@@ -267,7 +292,7 @@ fn not_modified(headers: &HeaderMap, tag: &str) -> bool {
 }
 
 fn tag_value(tag: &str) -> Result<HeaderValue, ApiError> {
-    HeaderValue::from_str(&format!("\"{tag}\"")).map_err(|error| ApiError::Internal(error.to_string()))
+    value(&format!("\"{tag}\""))
 }
 
 fn server_timing(timings: &[(&'static str, Duration)]) -> String {
@@ -280,17 +305,55 @@ fn server_timing(timings: &[(&'static str, Duration)]) -> String {
     text
 }
 
-fn respond(reply: &Reply, tag: &str, timing: String) -> Result<Response, ApiError> {
-    let mut response = Response::new(Body::from(reply.bytes.clone()));
-    let value = |text: String| HeaderValue::from_str(&text).map_err(|error| ApiError::Internal(error.to_string()));
-    let [height, width, channels] = reply.shape;
-    let headers = response.headers_mut();
-    headers.insert(header::CONTENT_TYPE, HeaderValue::from_static(reply.media_type));
-    headers.insert(header::ETAG, tag_value(tag)?);
-    headers.insert(header::CACHE_CONTROL, FOR_EVER);
-    headers.insert(SHAPE, value(format!("{height},{width},{channels}"))?);
-    headers.insert(SERVER_TIMING, value(timing)?);
-    Ok(response)
+/// What every reply with a texture says about it.
+struct Head<'a> {
+    tag: &'a str,
+    caching: Caching,
+    request: &'a Request,
+    plan: &'a Plan,
+    choices: &'a [Choice],
+}
+
+impl Head<'_> {
+    /// The reply to a request for the texture.
+    fn with(&self, given: &Given) -> Result<Response, ApiError> {
+        let reply = &given.reply;
+        let mut response = self.over(Body::from(reply.bytes.clone()))?;
+        let [height, width, channels] = reply.shape;
+        let timing = if given.was_kept { "cache;desc=hit".to_owned() } else { server_timing(&reply.timings) };
+        let headers = response.headers_mut();
+        headers.insert(SHAPE, value(&format!("{height},{width},{channels}"))?);
+        headers.insert(SERVER_TIMING, value(&timing)?);
+        headers.insert(DEPTH, HeaderValue::from(reply.bits));
+        Ok(response)
+    }
+
+    /// The reply to a request for the headers of a texture that was not made: without those that only making it tells.
+    fn alone(&self) -> Result<Response, ApiError> {
+        // A body whose length is not known: the texture's is not 0.
+        self.over(Body::from_stream(stream::empty::<Result<Bytes, std::io::Error>>()))
+    }
+
+    fn over(&self, body: Body) -> Result<Response, ApiError> {
+        let mut response = Response::new(body);
+        let headers = response.headers_mut();
+        headers.insert(header::CONTENT_TYPE, HeaderValue::from_static(self.request.format().media_type()));
+        headers.insert(header::ETAG, tag_value(self.tag)?);
+        headers.insert(header::CACHE_CONTROL, self.caching.header());
+        headers.insert(EXPECTED_ERROR, value(&three_digits(expected_error(self.choices)))?);
+        let met = if meets_tolerance(self.choices, self.plan) { "true" } else { "false" };
+        headers.insert(TOLERANCE_MET, HeaderValue::from_static(met));
+        Ok(response)
+    }
+}
+
+fn value(text: &str) -> Result<HeaderValue, ApiError> {
+    HeaderValue::from_str(text).map_err(|error| ApiError::Internal(error.to_string()))
+}
+
+/// A number to three significant digits, as short as it goes: an expected error is known no better.
+fn three_digits(number: f64) -> String {
+    format!("{number:.2e}").parse::<f64>().unwrap_or(number).to_string()
 }
 
 #[cfg(test)]
@@ -312,5 +375,14 @@ mod tests {
     fn stages_become_tokens_in_milliseconds() {
         let timings = [("cloud light", Duration::from_micros(1500)), ("encode", Duration::from_millis(2))];
         assert_eq!(server_timing(&timings), "cloud-light;dur=1.500, encode;dur=2.000");
+    }
+
+    #[test]
+    fn errors_are_told_to_three_digits() {
+        for (number, text) in
+            [(0.0, "0"), (0.340_147, "0.34"), (0.006_324_6, "0.00632"), (1.0, "1"), (2e-7, "0.0000002")]
+        {
+            assert_eq!(three_digits(number), text);
+        }
     }
 }

@@ -3,7 +3,9 @@
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test stops where it fails")]
 
 mod bad_input;
+mod caching;
 mod command_line;
+mod damage;
 mod frames;
 mod harness;
 mod images;

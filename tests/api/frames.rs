@@ -23,7 +23,7 @@ fn the_first_frame_comes_at_once_and_the_next_ones_by_the_clock() {
     let event = common.server.listen(&format!("{sky}/frames?every=3600")).next().unwrap();
     assert_eq!(time(&event) % 3600.0, 0.0);
     assert_eq!(event["textures"].as_object().unwrap().len(), 1);
-    assert_eq!(event["textures"]["cloud.exr"], format!("{sky}/cloud.exr?time={}", time(&event)));
+    assert_eq!(event["textures"]["cloud.exr"], versioned(common.server.version(), &format!("{sky}/cloud.exr?time={}", time(&event))));
 
     let begin = Instant::now();
     let mut events = common.server.listen(&format!("{sky}/frames?every=0.5&count=4&start={}", ago(100.2)));

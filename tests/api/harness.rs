@@ -1,9 +1,11 @@
 //! Starts the server as its users do and talks to it with a plain client.
 
 use std::io::{BufRead as _, BufReader, Lines, Read};
+use std::ops::Deref;
 use std::path::Path;
 use std::process::{Child, Command, Stdio};
-use std::sync::{Arc, Mutex, Weak};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError, Weak};
+use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
 use serde_json::{Value, json};
@@ -105,11 +107,40 @@ impl Events {
     }
 }
 
-/// A running server; killed when dropped.
+/// What a server complained of, and what it was expected to.
+#[derive(Default)]
+struct Log {
+    complaints: Vec<String>,
+    expected: Vec<String>,
+}
+
+impl Log {
+    /// Warnings, errors and panics among the lines on stderr.
+    fn hear(&mut self, line: String) {
+        let level = line.split_whitespace().nth(1);
+        if matches!(level, Some("WARN" | "ERROR")) || line.contains("panicked at") {
+            self.complaints.push(line);
+        }
+    }
+
+    fn unexpected(&self) -> Vec<&String> {
+        let is_expected = |line: &String| self.expected.iter().any(|text| line.contains(text));
+        self.complaints.iter().filter(|line| !is_expected(line)).collect()
+    }
+}
+
+fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// A running server; killed when dropped. A test fails when its server complained in its log of what was not expected.
 pub(crate) struct Server {
     child: Child,
     address: String,
     agent: Agent,
+    log: Arc<Mutex<Log>>,
+    /// Reads the log to its end.
+    listener: Option<JoinHandle<()>>,
 }
 
 impl Server {
@@ -121,13 +152,43 @@ impl Server {
             .envs(environment.iter().copied())
             .env("SKYLOOM_LOG", "warn")
             .stdout(Stdio::piped())
+            .stderr(Stdio::piped())
             .spawn()
             .unwrap();
+        let log = Arc::new(Mutex::new(Log::default()));
+        let (stderr, heard) = (BufReader::new(child.stderr.take().unwrap()), Arc::clone(&log));
+        let listener = std::thread::spawn(move || {
+            for line in stderr.lines().map_while(Result::ok) {
+                eprintln!("{line}");
+                lock(&heard).hear(line);
+            }
+        });
         let mut line = String::new();
         BufReader::new(child.stdout.take().unwrap()).read_line(&mut line).unwrap();
         let address = line.trim_end().strip_prefix("listening on ").unwrap_or_else(|| panic!("stdout: {line:?}"));
         let config = Agent::config_builder().http_status_as_error(false).timeout_global(Some(PATIENCE)).build();
-        Self { child, address: address.to_owned(), agent: config.into() }
+        Self { child, address: address.to_owned(), agent: config.into(), log, listener: Some(listener) }
+    }
+
+    /// Says that the log will have warnings or errors with this text.
+    pub(crate) fn expect_in_log(&self, text: &str) {
+        lock(&self.log).expected.push(text.to_owned());
+    }
+
+    /// The log has no complaints that were not expected, so far.
+    fn log_is_clean(&self) {
+        let log = lock(&self.log);
+        assert!(log.unexpected().is_empty(), "in the server's log: {:#?}", log.unexpected());
+    }
+
+    /// Checks the whole log of a server that has ended.
+    fn check_log(&mut self) {
+        self.listener.take().unwrap().join().unwrap();
+        self.log_is_clean();
+        let log = lock(&self.log);
+        let has = |text: &&String| log.complaints.iter().any(|line| line.contains(*text));
+        let vain: Vec<_> = log.expected.iter().filter(|text| !has(text)).collect();
+        assert!(vain.is_empty(), "not in the server's log: {vain:#?}");
     }
 
     pub(crate) fn ask(&self, method: &str, path: &str, headers: &[(&str, &str)], body: &[u8]) -> Answer {
@@ -195,6 +256,11 @@ impl Server {
         Command::new("kill").arg(self.child.id().to_string()).status().unwrap();
         self.child.wait().unwrap()
     }
+
+    /// Ends it as a crash would.
+    pub(crate) fn kill(self) {
+        drop(self);
+    }
 }
 
 impl Drop for Server {
@@ -202,6 +268,9 @@ impl Drop for Server {
         // It may have ended by itself.
         let _ = self.child.kill();
         let _ = self.child.wait();
+        if !std::thread::panicking() {
+            self.check_log();
+        }
     }
 }
 
@@ -223,14 +292,33 @@ pub(crate) struct Common {
     _data: TempDir,
 }
 
-pub(crate) fn common() -> Arc<Common> {
+/// A test's share in the common server, whose log is looked at when the test ends.
+pub(crate) struct Share(Arc<Common>);
+
+impl Deref for Share {
+    type Target = Common;
+
+    fn deref(&self) -> &Common {
+        &self.0
+    }
+}
+
+impl Drop for Share {
+    fn drop(&mut self) {
+        if !std::thread::panicking() {
+            self.server.log_is_clean();
+        }
+    }
+}
+
+pub(crate) fn common() -> Share {
     static RUNNING: Mutex<Weak<Common>> = Mutex::new(Weak::new());
-    let mut running = RUNNING.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
+    let mut running = lock(&RUNNING);
     if let Some(common) = running.upgrade() {
-        return common;
+        return Share(common);
     }
     let data = tempfile::tempdir().unwrap();
     let common = Arc::new(Common { server: Server::start(data.path(), &[], &[]), _data: data });
     *running = Arc::downgrade(&common);
-    common
+    Share(common)
 }

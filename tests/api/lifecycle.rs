@@ -1,5 +1,7 @@
 //! Registering, deleting, restarting, stopping; the viewer and the listings; a machine without a driver.
 
+use std::time::{Duration, SystemTime};
+
 use serde_json::Value;
 
 use crate::harness::{NO_DRIVER, Server, common, eventually, scene};
@@ -72,10 +74,14 @@ fn a_half_written_sky_does_not_keep_the_server_from_starting() {
     std::fs::create_dir(&skies).unwrap();
     let id = "ab".repeat(16);
     std::fs::write(skies.join(format!("{id}.json")), "{\"domain\":").unwrap();
-    std::fs::write(skies.join(".x.1.2.tmp"), "{").unwrap();
+    // What a killed server was writing, long ago.
+    let aside = std::fs::File::create(skies.join(".x.json.1-2.skyloom-part")).unwrap();
+    aside.set_modified(SystemTime::now() - Duration::from_secs(7200)).unwrap();
     let server = Server::start(data.path(), &[], &[]);
-    server.get(&format!("/v1/skies/{id}")).problem(404);
-    assert!(!skies.join(".x.1.2.tmp").exists());
+    server.expect_in_log("a stored sky is damaged");
+    let problem = server.get(&format!("/v1/skies/{id}")).problem(404);
+    assert!(problem["detail"].as_str().unwrap().contains("damaged"), "{problem}");
+    assert!(!skies.join(".x.json.1-2.skyloom-part").exists());
     server.sky(&scene());
 }
 
@@ -117,6 +123,7 @@ fn the_viewer_loads_nothing_from_elsewhere() {
 fn without_a_driver_the_server_starts_and_says_why_it_cannot_render() {
     let data = tempfile::tempdir().unwrap();
     let server = Server::start(data.path(), &[], &NO_DRIVER);
+    server.expect_in_log("cannot render");
     assert_eq!(server.get("/health/live").status, 200);
     let reason = |problem: Value| problem["detail"].as_str().unwrap().to_lowercase();
     let failed = eventually("the reason", || {

@@ -15,7 +15,7 @@ fn a_texture_tells_its_shape_type_and_what_it_cost() {
         assert_eq!(answer.body.len(), 16 * 16 * channels * 4);
         assert!(answer.body.chunks_exact(4).all(|bytes| f32::from_le_bytes(bytes.try_into().unwrap()).is_finite()));
         assert!(answer.header("server-timing").contains(";dur="));
-        assert_eq!(answer.header("cache-control"), "public, max-age=31536000, immutable");
+        assert_eq!(answer.header("content-type"), "application/octet-stream");
     }
     let png = common.server.get(&format!("{sky}/cloud.png?size=16"));
     assert_eq!(png.header("content-type"), "image/png");
@@ -114,11 +114,49 @@ fn the_tag_is_the_same_for_equal_requests_and_differs_otherwise() {
 fn head_gives_the_headers_of_get() {
     let common = common();
     let path = format!("{}/shadow.f32?size=16", common.server.sky(&scene()));
+    let before = common.server.ask("HEAD", &path, &[], b"");
     let get = common.server.get(&path);
     let head = common.server.ask("HEAD", &path, &[], b"");
-    assert_eq!((head.status, head.body.len()), (200, 0));
-    for name in ["etag", "content-type", "content-length", "x-skyloom-shape", "cache-control"] {
+    assert_eq!((head.status, head.body.len(), before.status, before.body.len()), (200, 0, 200, 0));
+    // What is known without rendering is told before it.
+    for name in ["etag", "content-type", "cache-control", "skyloom-expected-error", "skyloom-tolerance-met"] {
         assert_eq!(head.header(name), get.header(name), "{name}");
+        assert_eq!(before.header(name), get.header(name), "{name}");
+    }
+    for name in ["content-length", "x-skyloom-shape"] {
+        assert_eq!(head.header(name), get.header(name), "{name}");
+    }
+    assert_eq!(before.header("content-length"), "", "no length, as it is not known");
+    let tag = head.header("etag").to_owned();
+    assert_eq!(common.server.ask("HEAD", &path, &[("if-none-match", &tag)], b"").status, 304);
+    assert_eq!(common.server.ask("HEAD", &format!("{path}&size=3"), &[], b"").status, 422);
+}
+
+#[test]
+fn every_texture_tells_the_error_expected_of_it() {
+    let common = common();
+    let mut broken = scene();
+    broken["layers"][0]["thickness"] = json!({ "kind": "stratocumulus", "coverage": 0.6, "seed": 3 });
+    let skies = [common.server.sky(&scene()), common.server.sky(&broken)];
+    for (sky, texture, query, met) in [
+        (&skies[0], "thickness", "size=8", "true"),
+        (&skies[0], "shadow", "size=8", "true"),
+        (&skies[0], "cloud", "size=8&tolerance=0.05", "true"),
+        (&skies[0], "cloud", "size=8&tolerance=0.001", "false"),
+        (&skies[1], "irradiance", "size=8", "false"),
+        (&skies[1], "irradiance", "size=8&tolerance=0.5", "true"),
+        (&skies[1], "shadow", "size=8", "true"),
+    ] {
+        let plan = common.server.get(&format!("{sky}/plan?texture={texture}&{query}")).json();
+        let expected = plan["expected_error"].as_f64().unwrap();
+        assert_eq!(plan["meets_tolerance"].to_string(), met, "{plan}");
+        // Rendered, then from memory.
+        for _ in 0..2 {
+            let answer = common.server.get(&format!("{sky}/{texture}.f32?{query}"));
+            let told: f64 = answer.header("skyloom-expected-error").parse().unwrap();
+            assert!((told - expected).abs() <= 0.005 * expected, "{texture} {query}: {told}, not {expected}");
+            assert_eq!(answer.header("skyloom-tolerance-met"), met, "{texture} {query}");
+        }
     }
 }
 
@@ -176,6 +214,11 @@ fn the_plan_tells_what_a_tolerance_costs() {
     assert!(shade(&plan("")).contains("tabulated, fine"));
     assert!(shade(&plan("method=analytic")).contains("analytic"));
     assert!(plan("texture=irradiance&tolerance=0.01")["expected_error"].as_f64().unwrap() >= 0.0);
+    let text = common.server.get(&format!("{sky}/plan?tolerance=0.001")).text();
+    let place = |field: &str| text.find(&format!("\"{field}\"")).unwrap();
+    assert!(place("meets_tolerance") < place("expected_error") && place("expected_error") < place("stages"), "{text}");
+    assert_eq!(plan("tolerance=0.001")["meets_tolerance"], false);
+    assert_eq!(plan("tolerance=0.05")["meets_tolerance"], true);
     common.server.get(&format!("{sky}/plan?texture=fog")).problem(422);
     common.server.get(&format!("{sky}/plan?tolerance=2")).problem(422);
 }

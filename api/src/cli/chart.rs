@@ -9,7 +9,7 @@ use skyloom::chart::{CHARTS, Chart};
 use skyloom::tables::TableLibrary;
 
 use super::Fault;
-use super::render::{LateBar, cache_folder};
+use super::render::{LateBar, cache};
 use crate::files;
 
 pub(super) fn command(options: &ArgMatches) -> Result<(), Fault> {
@@ -22,7 +22,7 @@ pub(super) fn command(options: &ArgMatches) -> Result<(), Fault> {
     let folder = options.get_one::<PathBuf>("output").map_or(Path::new("docs/charts"), PathBuf::as_path);
     let failure = |error: std::io::Error| Fault::Failure(format!("writing to {}: {error}", folder.display()));
     std::fs::create_dir_all(folder).map_err(failure)?;
-    let library = TableLibrary::new(cache_folder().map(|folder| folder.join("tables")));
+    let library = TableLibrary::new(cache());
     for chart in charts {
         let start = Instant::now();
         let bar = LateBar::new(format!("chart {}", chart.name));

@@ -1,18 +1,17 @@
 //! `skyloom film`: a texture at many times, as an animation or as a strip of pictures.
 
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
 
 use clap::ArgMatches;
 use gif::{Encoder, Frame, Repeat};
 use image::codecs::png::PngEncoder;
 use image::{ExtendedColorType, ImageEncoder as _};
-use skyloom::plan::Plan;
-use skyloom::render::{Job, Renderer, RendererOptions, Watch};
-use skyloom::request::{Encoding, Format, Request};
+use skyloom::encode::{Output, Picture as PngPicture, PictureDepth};
+use skyloom::render::{Renderer, RendererOptions, Watch};
+use skyloom::request::Format;
 use skyloom::tables::TableLibrary;
 
-use super::render::{LateBar, Unknown, cache_folder, fault, parsed, read_scene, scene_path, tables};
+use super::render::{LateBar, Unknown, cache, fault, parsed, prepare, read_scene, scene_path};
 use super::{Fault, to_stdout};
 use crate::files;
 
@@ -33,7 +32,8 @@ pub(super) fn command(options: &ArgMatches) -> Result<(), Fault> {
     let kind = kind(&output)?;
     let texture = options.get_one::<String>("TEXTURE").map_or("cloud", String::as_str);
     let request = parsed(texture, Format::Png.extension(), options)?;
-    if request.encoding == Encoding::Linear || request.depth != 8 {
+    let shown = |picture: PngPicture| matches!(picture, PngPicture::Display { depth: PictureDepth::Eight, .. });
+    if !matches!(request.output, Output::Png(picture) if shown(picture)) {
         return Err(Fault::Usage("a film is made of pictures: encoding srgb, depth 8".to_owned()));
     }
     let number = |name: &str, default: f64| options.get_one::<f64>(name).copied().unwrap_or(default);
@@ -47,24 +47,19 @@ pub(super) fn command(options: &ArgMatches) -> Result<(), Fault> {
     let count = options.get_one::<u32>("count").copied().unwrap_or(48);
     let behind = options.get_one::<[u8; 3]>("behind").copied().unwrap_or([44, 63, 99]);
     let (scene, images) = read_scene(scene_path(options)?, Unknown::Refused)?;
-    request.check(&scene).map_err(|errors| Fault::fields(&errors))?;
+    request.of(&scene).map_err(|errors| Fault::fields(&errors))?;
     let adapter = options.get_one::<String>("adapter").cloned();
     let renderer = RendererOptions { adapter, ..RendererOptions::default() };
     let mut renderer = Renderer::new(&renderer).map_err(|error| Fault::Failure(error.to_string()))?;
-    let library = TableLibrary::new(cache_folder().map(|folder| folder.join("tables")));
-    let mixes = scene.mixes();
-    let tables =
-        mixes.iter().map(|mix| tables(&library, mix, Plan::new(&request).detail)).collect::<Result<Vec<_>, _>>()?;
-    let scene = Arc::new(scene);
+    let library = TableLibrary::new(cache());
+    let first = prepare(scene, request, &images, &library)?;
     let bar = LateBar::new(format!("filming {}", output.display()));
     let mut pictures = Vec::new();
     for frame in 0..count {
-        let request = Request { time_s: request.time_s + every_s * f64::from(frame), ..request.clone() };
-        let (scene, tables, images) = (Arc::clone(&scene), tables.clone(), images.clone());
-        let job = Job { scene, request, tables, images };
-        let texture = renderer.render(&job, &Watch::default()).map_err(|error| Fault::Failure(error.to_string()))?;
+        let job = first.at(request.time_s + every_s * f64::from(frame));
+        let texture = renderer.render(&job, &Watch::default()).map_err(fault)?;
         let png = skyloom::render::encode(&texture, &job).map_err(fault)?;
-        pictures.push(Picture::new(&png, behind)?);
+        pictures.push(Picture::new(&png.bytes, behind)?);
         bar.set(f64::from(frame + 1) / f64::from(count));
     }
     let bytes = match kind {

@@ -1,6 +1,5 @@
 //! `skyloom render`: one texture into a file.
 
-use std::collections::HashMap;
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, PoisonError};
@@ -8,13 +7,13 @@ use std::time::{Duration, Instant};
 
 use clap::ArgMatches;
 use indicatif::{ProgressBar, ProgressStyle};
-use skyloom::image::{Image, sha256_hex};
-use skyloom::optics::Mix;
-use skyloom::plan::{Choice, Plan, expected_error};
-use skyloom::render::{Job, RenderError, Renderer, RendererOptions, Texture, Watch};
+use skyloom::image::sha256_hex;
+use skyloom::plan::{Choice, Plan, expected_error, meets_tolerance};
+use skyloom::render::{Fault as Whose, Images, Job, RenderError, Renderer, RendererOptions, Texture, Watch};
 use skyloom::request::{QUERY_PARAMETERS, Request, RequestError};
 use skyloom::scene::Scene;
-use skyloom::tables::{Detail, MixTables, TableLibrary};
+use skyloom::store::{Folder, Store};
+use skyloom::tables::TableLibrary;
 
 use super::{Fault, read, to_stdout};
 use crate::config::Limits;
@@ -24,8 +23,6 @@ use crate::files;
 const PATIENCE: Duration = Duration::from_secs(1);
 /// Steps of the progress bar.
 const STEPS: u64 = 1000;
-
-type Images = HashMap<String, Arc<Image>>;
 
 /// What to do with the name of an image that is no file but could be a SHA-256.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -42,17 +39,15 @@ pub(super) fn command(options: &ArgMatches) -> Result<(), Fault> {
         .ok_or_else(|| Fault::Usage("which texture? for example cloud.exr".to_owned()))?;
     let request = request(name, options)?;
     let (scene, images) = read_scene(scene_path(options)?, Unknown::Refused)?;
-    request.check(&scene).map_err(|errors| Fault::fields(&errors))?;
+    request.of(&scene).map_err(|errors| Fault::fields(&errors))?;
     let output = options.get_one::<PathBuf>("output").cloned().unwrap_or_else(|| PathBuf::from(name));
 
     let adapter = options.get_one::<String>("adapter").cloned();
     let options = RendererOptions { adapter, ..RendererOptions::default() };
     // Before the tables, because without a device they would be made in vain.
     let mut renderer = Renderer::new(&options).map_err(|error| Fault::Failure(error.to_string()))?;
-    let library = TableLibrary::new(cache_folder().map(|folder| folder.join("tables")));
-    let tables =
-        scene.mixes().iter().map(|mix| tables(&library, mix, Plan::new(&request).detail)).collect::<Result<_, _>>()?;
-    let job = Job { scene: Arc::new(scene), request, tables, images };
+    let library = TableLibrary::new(cache());
+    let job = prepare(scene, request, &images, &library)?;
     let bar = LateBar::new(format!("rendering {}", output.display()));
     let watch = Watch { progress: Some(Arc::new(move |part| bar.set(part))), ..Watch::default() };
     let texture = renderer.render(&job, &watch).map_err(fault)?;
@@ -62,7 +57,7 @@ pub(super) fn command(options: &ArgMatches) -> Result<(), Fault> {
         // Nothing can be done when even stderr is closed.
         writeln!(std::io::stderr(), "standard error of the light: {noise}").unwrap_or_default();
     }
-    let bytes = skyloom::render::encode(&texture, &job).map_err(fault)?;
+    let bytes = skyloom::render::encode(&texture, &job).map_err(fault)?.bytes;
     if output == Path::new("-") {
         return to_stdout(&bytes);
     }
@@ -74,6 +69,7 @@ pub(super) fn command(options: &ArgMatches) -> Result<(), Fault> {
 pub(super) fn fault(error: RenderError) -> Fault {
     match error {
         RenderError::Invalid(errors) => Fault::fields(&errors),
+        other if other.fault() == Whose::Caller => Fault::Usage(other.to_string()),
         other => Fault::Failure(other.to_string()),
     }
 }
@@ -99,8 +95,9 @@ pub(super) fn plan(options: &ArgMatches) -> Result<(), Fault> {
     let name = options.get_one::<String>("TEXTURE.FORMAT").map_or("cloud.exr", String::as_str);
     let request = request(name, options)?;
     let (scene, _images) = read_scene(scene_path(options)?, Unknown::Kept)?;
-    request.check(&scene).map_err(|errors| Fault::fields(&errors))?;
-    let choices = Plan::new(&request).explain(&scene, &request);
+    let request = request.of(&scene).map_err(|errors| Fault::fields(&errors))?;
+    let plan = Plan::new(&request);
+    let choices = plan.explain(&scene, &request);
     let row = |Choice { stage, choice, reason, error }: &Choice| {
         [(*stage).to_owned(), format!("{error:.3}"), choice.clone(), reason.clone()]
     };
@@ -113,7 +110,8 @@ pub(super) fn plan(options: &ArgMatches) -> Result<(), Fault> {
     for [stage, error, choice, reason] in &rows {
         text.push_str(&format!("{stage:<first$}  {error:<second$}  {choice:<third$}  {reason}\n"));
     }
-    text.push_str(&format!("expected error {:.3}, tolerance {}\n", expected_error(&choices), request.tolerance));
+    let met = if meets_tolerance(&choices, &plan) { "met" } else { "missed" };
+    text.push_str(&format!("expected error {:.3}, tolerance {} {met}\n", expected_error(&choices), plan.tolerance));
     to_stdout(text.as_bytes())
 }
 
@@ -171,9 +169,16 @@ pub(super) fn read_scene(path: &Path, unknown: Unknown) -> Result<(Scene, Images
     Ok((scene, images))
 }
 
-pub(super) fn tables(library: &TableLibrary, mix: &Mix, detail: Option<Detail>) -> Result<Arc<MixTables>, Fault> {
-    let bar = LateBar::new(format!("tables of {}", mix.describe()));
-    library.get(mix, detail, &|part| bar.set(part)).map_err(|error| Fault::Failure(error.to_string()))
+/// A job with its tables, whose making shows its progress.
+pub(super) fn prepare(
+    scene: Scene,
+    request: Request,
+    images: &Images,
+    library: &TableLibrary,
+) -> Result<Job, Fault> {
+    let mixes: Vec<String> = scene.mixes().iter().map(|mix| mix.describe()).collect();
+    let bar = LateBar::new(format!("tables of {}", mixes.join(", ")));
+    Job::prepare(Arc::new(scene), request, images, library, &|part| bar.set(part)).map_err(fault)
 }
 
 /// A progress bar on stderr that appears when work takes a while, and goes with it.
@@ -215,8 +220,13 @@ impl Drop for LateBar {
     }
 }
 
+/// The store of tables between runs.
+pub(super) fn cache() -> Option<Arc<dyn Store>> {
+    Some(Arc::new(Folder::new(cache_folder()?)))
+}
+
 /// Where tables are kept between runs, by the habit of the system; none when it tells no home.
-pub(super) fn cache_folder() -> Option<PathBuf> {
+fn cache_folder() -> Option<PathBuf> {
     let variable = |name: &str| std::env::var_os(name).filter(|value| !value.is_empty()).map(PathBuf::from);
     let base = variable("XDG_CACHE_HOME")
         .or_else(|| variable("LOCALAPPDATA"))

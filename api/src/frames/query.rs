@@ -41,7 +41,7 @@ pub(super) struct Texture {
     /// `{texture}.{format}`.
     pub(super) file: String,
     /// The parameters that change it, by name: two streams that ask for the same get the same links.
-    parameters: Vec<(String, String)>,
+    parameters: Vec<(&'static str, String)>,
 }
 
 impl Wanted {
@@ -178,15 +178,10 @@ fn checked(
             continue;
         };
         match Request::parse(texture, format, passed_on) {
-            Ok(request) => {
-                for problem in textures::problems(scene, &request, max_side) {
-                    note(&mut wrong, problem, file);
-                }
-                textures.push(Texture {
-                    file: (*file).to_owned(),
-                    parameters: telling(texture, format, &request, passed_on),
-                });
-            }
+            Ok(request) => match textures::fitted(scene, &request, max_side) {
+                Ok(request) => textures.push(Texture { file: request.file_name(), parameters: request.to_query() }),
+                Err(found) => found.into_iter().for_each(|problem| note(&mut wrong, problem, file)),
+            },
             Err(RequestError::Invalid(found)) => {
                 for problem in field_problems(found) {
                     note(&mut wrong, problem, file);
@@ -209,17 +204,4 @@ fn note<'a>(wrong: &mut Vec<(FieldProblem, Vec<&'a str>)>, problem: FieldProblem
         Some((_, files)) => files.push(file),
         None => wrong.push((problem, vec![file])),
     }
-}
-
-/// The parameters without those that change nothing, by name.
-fn telling(texture: &str, format: &str, request: &Request, passed_on: &[(String, String)]) -> Vec<(String, String)> {
-    let mut kept = passed_on.to_vec();
-    for (name, _) in passed_on {
-        let without: Vec<_> = kept.iter().filter(|(other, _)| other != name).cloned().collect();
-        if Request::parse(texture, format, &without).is_ok_and(|other| other == *request) {
-            kept = without;
-        }
-    }
-    kept.sort();
-    kept
 }

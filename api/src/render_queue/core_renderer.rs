@@ -5,7 +5,7 @@ use std::sync::Arc;
 use skyloom::gpu::AdapterSummary;
 use skyloom::render::{Job, RenderError, Renderer, RendererOptions, Texture, Watch};
 
-use super::{Adapter, Factory, Picture, Render, failure};
+use super::{Adapter, Factory, Picture, Render};
 
 impl From<&AdapterSummary> for Adapter {
     fn from(summary: &AdapterSummary) -> Self {
@@ -22,8 +22,7 @@ impl From<&AdapterSummary> for Adapter {
 pub fn core_factory(adapter: Option<String>) -> Factory {
     Box::new(move || {
         let options = RendererOptions { adapter: adapter.clone(), ..RendererOptions::default() };
-        let renderer = Renderer::new(&options).map_err(|error| error.to_string())?;
-        Ok(Box::new(renderer))
+        Ok(Box::new(Renderer::new(&options)?))
     })
 }
 
@@ -42,6 +41,6 @@ fn picture(texture: Texture, job: Arc<Job>) -> Picture {
     Picture {
         shape: [texture.height, texture.width, u32::try_from(texture.channels.len()).unwrap_or(u32::MAX)],
         timings: texture.timings.clone(),
-        encode: Box::new(move || skyloom::render::encode(&texture, &job).map_err(failure)),
+        encode: Box::new(move || skyloom::render::encode(&texture, &job)),
     }
 }

@@ -228,7 +228,7 @@ async fn without_a_device_readiness_and_textures_give_the_reason_and_the_rest_wo
     let data = tempfile::tempdir().unwrap();
     let mut config = Config::default();
     config.server.data = data.path().to_path_buf();
-    let app = App::open(config, Box::new(|| Err("install a driver".to_owned()))).unwrap();
+    let app = App::open(config, Box::new(|| Err(GpuError::NoAdapter("install a driver".to_owned())))).unwrap();
     let (_sender, seen) = mpsc::channel();
     let service = Service { app: Arc::new(app), made: Arc::default(), seen, _data: data };
     let sky = service.sky().await;

@@ -1,0 +1,115 @@
+//! Encoded textures: kept in memory, and made once for all who ask for the same at the same time.
+
+use std::future::Future;
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
+use std::time::Duration;
+
+use axum::body::Bytes;
+
+use crate::problem::ApiError;
+use crate::single_flight::SingleFlight;
+
+/// Runs a request joins when each is given up just as it joins.
+const ATTEMPTS: usize = 3;
+
+/// An encoded texture.
+#[derive(Debug)]
+pub struct Reply {
+    /// The file.
+    pub bytes: Bytes,
+    /// Bits of a sample.
+    pub bits: u32,
+    /// Its media type.
+    pub media_type: &'static str,
+    /// Height, width, channels.
+    pub shape: [u32; 3],
+    /// What each stage took.
+    pub timings: Vec<(&'static str, Duration)>,
+}
+
+/// Why a run has no reply.
+#[derive(Clone, Debug)]
+pub enum Stopped {
+    /// Nobody waited any more.
+    Cancelled,
+    /// It went wrong, for everyone who waited.
+    Error(ApiError),
+}
+
+impl From<ApiError> for Stopped {
+    fn from(error: ApiError) -> Self {
+        Self::Error(error)
+    }
+}
+
+/// A reply and where it comes from.
+#[derive(Clone, Debug)]
+pub struct Given {
+    /// The reply.
+    pub reply: Arc<Reply>,
+    /// It was in memory.
+    pub was_kept: bool,
+}
+
+/// Replies by entity tag.
+#[derive(Debug)]
+pub struct Replies {
+    kept: moka::sync::Cache<String, Arc<Reply>>,
+    runs: SingleFlight<Result<Given, Stopped>>,
+}
+
+impl Replies {
+    /// Keeps replies of so many bytes together.
+    pub fn new(memory_bytes: u64) -> Self {
+        let weigh =
+            |_: &String, reply: &Arc<Reply>| u32::try_from(reply.bytes.len() + size_of::<Reply>()).unwrap_or(u32::MAX);
+        let kept = moka::sync::Cache::builder().max_capacity(memory_bytes).weigher(weigh).build();
+        Self { kept, runs: SingleFlight::default() }
+    }
+
+    /// A reply that is in memory.
+    pub fn get(&self, tag: &str) -> Option<Arc<Reply>> {
+        self.kept.get(tag)
+    }
+
+    /// A reply from memory, or from the run that makes it, which is begun if there is none. `make` gets a flag that is
+    /// raised when nobody waits any more.
+    pub async fn get_or_make<F, R>(&self, tag: &str, make: F) -> Result<Given, ApiError>
+    where
+        F: Fn(Arc<AtomicBool>) -> R,
+        R: Future<Output = Result<Reply, Stopped>> + Send + 'static,
+    {
+        let look = |kept: &moka::sync::Cache<_, _>| kept.get(tag).map(|reply| Given { reply, was_kept: true });
+        if let Some(given) = look(&self.kept) {
+            return Ok(given);
+        }
+        for _ in 0..ATTEMPTS {
+            let run = |cancelled: Arc<AtomicBool>| {
+                // Somebody else's run may have ended since the first look.
+                let found = look(&self.kept);
+                let made = found.is_none().then(|| make(cancelled));
+                let (kept, tag) = (self.kept.clone(), tag.to_owned());
+                async move {
+                    match (found, made) {
+                        (Some(given), _) => Ok(given),
+                        (None, Some(made)) => {
+                            let reply = Arc::new(made.await?);
+                            kept.insert(tag, Arc::clone(&reply));
+                            Ok(Given { reply, was_kept: false })
+                        }
+                        (None, None) => Err(Stopped::Cancelled),
+                    }
+                }
+            };
+            match self.runs.join(tag, run).await {
+                Some(Ok(given)) => return Ok(given),
+                // The run was given up just when this caller joined it: there is a caller now, so start it again.
+                Some(Err(Stopped::Cancelled)) => tokio::task::yield_now().await,
+                Some(Err(Stopped::Error(error))) => return Err(error),
+                None => return Err(ApiError::Internal("making a texture panicked".to_owned())),
+            }
+        }
+        Err(ApiError::NotReady("the render was given up".to_owned()))
+    }
+}

@@ -1,0 +1,134 @@
+//! The store in a folder: whole blobs or none, whoever writes, and nothing of others touched.
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test stops where it fails")]
+
+use skyloom::store::{Entry, Folder, Store as _, StoreError, write_atomically};
+use std::path::PathBuf;
+use std::time::{Duration, SystemTime};
+
+/// A place of its own for each test, removed with it.
+struct Place(PathBuf);
+
+impl Place {
+    fn new(name: &str) -> Self {
+        let path = std::env::temp_dir().join(format!("skyloom-store-{}-{name}", std::process::id()));
+        std::fs::create_dir_all(&path).unwrap();
+        Self(path)
+    }
+
+    fn names(&self, folder: &str) -> Vec<String> {
+        let entries = std::fs::read_dir(self.0.join(folder)).unwrap();
+        let mut names: Vec<_> = entries.map(|entry| entry.unwrap().file_name().into_string().unwrap()).collect();
+        names.sort();
+        names
+    }
+}
+
+impl Drop for Place {
+    fn drop(&mut self) {
+        let _ = std::fs::remove_dir_all(&self.0);
+    }
+}
+
+#[test]
+fn blobs_are_put_got_listed_and_deleted() {
+    let place = Place::new("all");
+    let store = Folder::new(place.0.join("not/yet"));
+    assert_eq!(store.get("a/b").unwrap(), None);
+    assert!(!store.exists("a/b").unwrap() && !store.delete("a/b").unwrap());
+    assert_eq!(store.list("a").unwrap(), []);
+    for bytes in [&b"one"[..], b"", b"another one"] {
+        store.put("a/b", bytes).unwrap();
+        assert_eq!(store.get("a/b").unwrap().unwrap(), bytes);
+        assert_eq!(store.list("a").unwrap(), [Entry { name: "b".to_owned(), bytes: bytes.len() as u64 }]);
+    }
+    assert!(store.exists("a/b").unwrap() && store.delete("a/b").unwrap() && !store.exists("a/b").unwrap());
+    assert!(matches!(store.put("../b", b"x"), Err(StoreError::Key(_))));
+    assert!(matches!(store.get("a/B"), Err(StoreError::Key(_))));
+}
+
+#[test]
+fn many_writers_of_one_key_leave_one_whole_blob_and_nothing_else() {
+    let place = Place::new("writers");
+    let store = Folder::new(&place.0);
+    let blob = |writer: u8| vec![writer; 100_000 + usize::from(writer)];
+    store.put("a/b", &blob(0)).unwrap();
+    std::thread::scope(|scope| {
+        let writers: Vec<_> = (1..=4)
+            .map(|writer| {
+                let store = store.clone();
+                scope.spawn(move || (0..10).for_each(|_| store.put("a/b", &blob(writer)).unwrap()))
+            })
+            .collect();
+        while !writers.iter().all(|writer| writer.is_finished()) {
+            let bytes = store.get("a/b").unwrap().unwrap();
+            assert_eq!(bytes, blob(bytes[0]), "half a blob was seen");
+        }
+    });
+    assert_eq!(place.names("a"), ["b"]);
+}
+
+#[test]
+fn what_killed_writers_left_is_removed_when_it_is_old_and_nothing_else_is() {
+    let place = Place::new("sweep");
+    let store = Folder::new(&place.0);
+    store.prepare(&["a", "b"]).unwrap();
+    let old = SystemTime::now() - Duration::from_secs(7200);
+    for (name, modified) in [
+        (".b.1-2.skyloom-part", old),
+        (".c.1-2.skyloom-part", SystemTime::now()),
+        (".d.1.2.tmp", old),
+        ("e.skyloom-part", old),
+        ("NOTES", old),
+        ("f", old),
+    ] {
+        let file = std::fs::File::create(place.0.join("a").join(name)).unwrap();
+        file.set_modified(modified).unwrap();
+    }
+    store.prepare(&["a", "b"]).unwrap();
+    assert_eq!(place.names("a"), [".c.1-2.skyloom-part", ".d.1.2.tmp", "NOTES", "e.skyloom-part", "f"]);
+    let mut listed: Vec<_> = store.list("a").unwrap().into_iter().map(|entry| entry.name).collect();
+    listed.sort();
+    assert_eq!(listed, ["e.skyloom-part", "f"]);
+}
+
+#[test]
+fn what_is_no_file_is_no_blob() {
+    let place = Place::new("folders");
+    let store = Folder::new(&place.0);
+    std::fs::create_dir_all(place.0.join("a/b/own")).unwrap();
+    assert!(!store.exists("a/b").unwrap() && !store.delete("a/b").unwrap());
+    assert_eq!((store.get("a/b").unwrap(), store.list("a").unwrap()), (None, Vec::new()));
+    store.put("a/b", b"x").unwrap();
+    assert_eq!(store.get("a/b").unwrap().unwrap(), b"x");
+    let aside = place.names("a").into_iter().find(|name| name.ends_with(".set-aside")).unwrap();
+    assert!(place.0.join("a").join(aside).join("own").is_dir(), "what stood there is kept");
+    // A folder of blobs that is a file is no empty folder.
+    std::fs::write(place.0.join("f"), b"").unwrap();
+    let error = store.put("f/b", b"x").unwrap_err();
+    assert!(matches!(error, StoreError::Io { .. }) && error.to_string().contains("f/b"), "{error}");
+}
+
+#[cfg(unix)]
+#[test]
+fn a_link_is_read_through_and_replaced_not_followed() {
+    let place = Place::new("links");
+    let store = Folder::new(&place.0);
+    std::fs::create_dir(place.0.join("a")).unwrap();
+    std::fs::write(place.0.join("elsewhere"), b"own").unwrap();
+    std::os::unix::fs::symlink(place.0.join("elsewhere"), place.0.join("a/b")).unwrap();
+    assert_eq!(store.get("a/b").unwrap().unwrap(), b"own");
+    assert_eq!(store.list("a").unwrap()[0].bytes, 3);
+    store.put("a/b", b"new").unwrap();
+    assert_eq!(std::fs::read(place.0.join("elsewhere")).unwrap(), b"own");
+    std::fs::remove_file(place.0.join("a/b")).unwrap();
+    std::os::unix::fs::symlink(place.0.join("nowhere"), place.0.join("a/b")).unwrap();
+    assert!(!store.exists("a/b").unwrap() && store.list("a").unwrap().is_empty());
+}
+
+#[test]
+fn a_file_of_the_longest_name_is_written() {
+    let place = Place::new("long");
+    let path = place.0.join(format!("{}.exr", "ä".repeat(120)));
+    write_atomically(&path, b"x").unwrap();
+    assert_eq!(std::fs::read(path).unwrap(), b"x");
+}
