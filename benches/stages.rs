@@ -9,11 +9,11 @@
 
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use serde_json::json;
-use skyloom::render::{Job, Renderer, RendererOptions, Watch, encode};
+use skyloom::render::{Images, Job, Renderer, RendererOptions, Watch, encode};
 use skyloom::request::Request;
 use skyloom::scene::Scene;
 use skyloom::tables::{Detail, MixTables, TableLibrary};
-use std::collections::{BTreeMap, HashMap};
+use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -39,9 +39,8 @@ fn job(
     });
     let scene = Scene::from_json(scene.to_string().as_bytes()).unwrap();
     let query: Vec<_> = query.iter().map(|(name, value)| ((*name).to_owned(), value.clone())).collect();
-    let tables = scene.mixes().iter().map(|mix| library.get(mix, None, &|_| ()).unwrap()).collect();
     let request = Request::parse(texture, format, &query).unwrap();
-    Job { scene: Arc::new(scene), request, tables, images: HashMap::new() }
+    Job::prepare(Arc::new(scene), request, &Images::new(), library, &|_| ()).unwrap()
 }
 
 /// What is timed: a stage of rendering some texture, and whether each run needs a new field or a new moment, of a layer that

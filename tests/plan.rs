@@ -5,31 +5,35 @@ mod common;
 
 use common::sky::Sky;
 use serde_json::{Value, json};
-use skyloom::plan::{ERROR_OF_ANALYTIC, ERROR_OF_DETAIL, ERROR_OF_TRANSPORT, Plan, expected_error};
+use skyloom::plan::{ERROR_OF_ANALYTIC, ERROR_OF_DETAIL, ERROR_OF_TRANSPORT, Plan, SlabMethod, expected_error};
 use skyloom::reference::Map;
 use skyloom::reference::path::path_in_layer;
 use skyloom::render::Watch;
-use skyloom::request::{Format, Method, Request, TextureKind};
+use skyloom::request::{Method, Request};
 use skyloom::tables::Detail;
 
 fn request(tolerance: f64) -> Request {
-    Request { tolerance, ..Request::new(TextureKind::Cloud, Format::Exr) }
+    asked(&[("tolerance", &tolerance.to_string())])
+}
+
+fn asked(query: &[(&str, &str)]) -> Request {
+    let query: Vec<_> = query.iter().map(|(name, value)| ((*name).to_owned(), (*value).to_owned())).collect();
+    Request::parse("cloud", "exr", &query).unwrap()
 }
 
 #[test]
 fn tolerance_picks_the_cheapest_method_within_it() {
-    for (tolerance, method, detail) in [
-        (1.0, Method::Analytic, None),
-        (ERROR_OF_ANALYTIC, Method::Analytic, None),
-        (0.3, Method::Tabulated, Some(Detail::Coarse)),
-        (ERROR_OF_DETAIL[0].1, Method::Tabulated, Some(Detail::Coarse)),
-        (0.02, Method::Tabulated, Some(Detail::Fine)),
-        (0.01, Method::Tabulated, Some(Detail::Fine)),
-        (0.003, Method::Tabulated, Some(Detail::Finest)),
-        (1e-6, Method::Tabulated, Some(Detail::Finest)),
+    for (tolerance, method) in [
+        (1.0, SlabMethod::Analytic),
+        (ERROR_OF_ANALYTIC, SlabMethod::Analytic),
+        (0.3, SlabMethod::Tabulated(Detail::Coarse)),
+        (ERROR_OF_DETAIL[0].1, SlabMethod::Tabulated(Detail::Coarse)),
+        (0.02, SlabMethod::Tabulated(Detail::Fine)),
+        (0.01, SlabMethod::Tabulated(Detail::Fine)),
+        (0.003, SlabMethod::Tabulated(Detail::Finest)),
+        (1e-6, SlabMethod::Tabulated(Detail::Finest)),
     ] {
-        let plan = Plan::new(&request(tolerance));
-        assert_eq!((plan.method, plan.detail), (method, detail), "tolerance {tolerance}");
+        assert_eq!(Plan::new(&request(tolerance)).slab, Some(method), "tolerance {tolerance}");
     }
 }
 
@@ -69,10 +73,10 @@ fn expected_errors_of_light_are_those_of_the_chart() {
 
 #[test]
 fn a_method_that_is_asked_for_is_used() {
-    for (_, method) in Method::ALL {
-        let plan = Plan::new(&Request { method: Some(method), ..request(0.02) });
-        assert_eq!(plan.method, method);
-        assert_eq!(plan.detail.is_some(), method == Method::Tabulated);
+    for (name, method) in Method::ALL {
+        let plan = Plan::new(&asked(&[("method", name)]));
+        assert_eq!(plan.reference, method.reference());
+        assert_eq!(plan.detail().is_some(), method == Method::Tabulated);
     }
 }
 
@@ -81,7 +85,7 @@ fn larger_tolerances_never_do_more() {
     let mut tolerance = 1e-4;
     while tolerance < 0.9 {
         let (fine, rough) = (Plan::new(&request(tolerance)), Plan::new(&request(1.1 * tolerance)));
-        assert!(rough.detail <= fine.detail);
+        assert!(rough.detail() <= fine.detail());
         assert!(rough.texels_per_length <= fine.texels_per_length);
         assert!(rough.texels_per_height <= fine.texels_per_height && rough.exchange_change > fine.exchange_change);
         tolerance *= 1.1;
@@ -104,14 +108,14 @@ fn shadow_error(sky: &mut Sky, sun_deg: f64, tolerance: f64) -> f64 {
     let stages = sky.renderer.inspect(&job, &Watch::default()).unwrap();
     let thickness = Map::from(&stages.thickness);
     let mut fine = stages.frame;
-    fine.max_steps = 1 << 20;
-    let sun = glam::DVec3::from_array([fine.sun[0], fine.sun[1], fine.sun[2]].map(f64::from));
+    fine.place.max_steps = 1 << 20;
+    let sun = glam::DVec3::from_array(fine.sun.towards.map(f64::from));
     let shift = stages.frame.place.shift_uv.map(f64::from);
     let mut sum = 0.0;
     for (i, found) in stages.output.iter().enumerate() {
         let centre = |i: usize| (i as f64 + 0.5) / 64.0;
         let uv = glam::dvec2(centre(i % 64) + shift[0], centre(i / 64) + shift[1]);
-        let exact = (-f64::from(fine.extinction[3]) * path_in_layer(&thickness, &fine, uv, sun).length_m).exp();
+        let exact = (-f64::from(fine.medium.extinction_550) * path_in_layer(&thickness, &fine, uv, sun).length_m).exp();
         sum += (f64::from(*found) - exact).powi(2);
     }
     (sum / stages.output.len() as f64).sqrt()
@@ -123,8 +127,7 @@ fn a_march_is_as_exact_as_the_plan_says() {
     for sun_deg in [0.0, 30.0, 60.0, 80.0] {
         for tolerance in [0.02, 0.1, 0.3] {
             let job = sky.job(&broken(sun_deg), "shadow", &[("tolerance", &tolerance.to_string())]);
-            let plan = Plan::new(&job.request);
-            let choices = plan.explain(&job.scene, &job.request);
+            let choices = job.plan().explain(job.scene(), job.request());
             let promised = choices.iter().find(|choice| choice.stage == "march").unwrap().error;
             let error = shadow_error(&mut sky, sun_deg, tolerance);
             eprintln!("sun {sun_deg}, tolerance {tolerance}: rms {error:.1e}, promised {promised}");
@@ -138,7 +141,7 @@ fn every_plan_explains_itself() {
     let mut sky = Sky::open();
     for texture in ["cloud", "shadow", "irradiance", "thickness"] {
         let job = sky.job(&broken(50.0), texture, &[]);
-        let choices = Plan::new(&job.request).explain(&job.scene, &job.request);
+        let choices = job.plan().explain(job.scene(), job.request());
         assert!(choices.iter().all(|choice| !choice.choice.is_empty() && !choice.reason.is_empty()));
         assert!(expected_error(&choices).is_finite());
     }
@@ -155,7 +158,7 @@ fn fields_are_no_finer_than_the_texture() {
     });
     let mut thickness = |size: &str, tolerance: &str| {
         let job = sky.job(&scene, "shadow", &[("size", size), ("tolerance", tolerance)]);
-        let texels = skyloom::plan::field_resolution(&job.scene, &job.request);
+        let texels = skyloom::plan::field_resolution(job.scene(), job.request());
         (texels, sky.renderer.inspect(&job, &Watch::default()).unwrap().thickness.data)
     };
     let (coarse, small) = thickness("64", "0.1");

@@ -10,7 +10,7 @@ use exr::prelude::{ReadChannels as _, ReadLayers as _};
 use serde_json::{Value, json};
 use skyloom::plan::Plan;
 use skyloom::render::{RenderError, Texture, Watch, encode};
-use skyloom::request::{Format, Method, Request, TextureKind};
+use skyloom::request::{Format, Reference, Request, TextureKind};
 use skyloom::scene::Scene;
 use std::f64::consts::PI;
 use std::sync::Arc;
@@ -157,11 +157,10 @@ fn files_have_the_errors_beside_the_light() {
     for (texture, names) in
         [("irradiance", &["B", "G", "R", "error.B", "error.G", "error.R"][..]), ("shadow", &["Y", "error.Y"])]
     {
-        let mut job = sky.job(&scene, texture, &[REFERENCE, NO_PEAK, ("size", "4"), ("tolerance", "0.5")]);
-        job.request.format = Format::Exr;
-        job.request.depth = 32;
+        let query = [REFERENCE, NO_PEAK, ("size", "4"), ("tolerance", "0.5"), ("depth", "32")];
+        let job = sky.prepare(&scene, (texture, "exr"), &query).unwrap();
         let made = sky.renderer.render(&job, &Watch::default()).unwrap();
-        let file = encode(&made, &job).unwrap();
+        let file = encode(&made, &job).unwrap().bytes;
         let image = exr::prelude::read()
             .no_deep_data()
             .largest_resolution_level()
@@ -192,8 +191,8 @@ fn what_cannot_be_traced_is_refused() {
     high["base_m"] = json!(4000);
     let two = scene(&[broken(), high], 0.2, 30.0);
     let mut pointers = |scene: &Value, texture: &str, query: &[(&str, &str)]| -> Vec<String> {
-        let job = sky.job(scene, texture, query);
-        match sky.renderer.render(&job, &Watch::default()) {
+        let job = sky.prepare(scene, (texture, "f32"), query);
+        match job.and_then(|job| sky.renderer.render(&job, &Watch::default())) {
             Err(RenderError::Invalid(errors)) => errors.into_iter().map(|error| error.pointer).collect(),
             other => panic!("{texture} {query:?}: {:?}", other.map(|_| ())),
         }
@@ -237,7 +236,7 @@ fn requests_keep_what_touches_them() {
     };
     for texture in ["irradiance", "shadow"] {
         let traced = parse(texture, &[REFERENCE, ("seed", "7"), ("transport", "tilted")]);
-        assert_eq!((traced.method, traced.seed, traced.transport), (Some(Method::Reference), 7, None));
+        assert_eq!((traced.wanted.reference(), traced.wanted.transport()), (Some(Reference { seed: 7 }), None));
         for method in ["analytic", "tabulated"] {
             assert_eq!(parse(texture, &[("method", method), ("seed", "7")]), parse(texture, &[]));
         }

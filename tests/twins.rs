@@ -432,10 +432,8 @@ fn check_cloud(stages: &Stages) {
         }
     };
     let cloud = twin(frame, &thickness);
-    let cosine = match stages.view.towards {
-        [.., perspective] if perspective > 0.5 => 1.0,
-        [_, _, up, _] => f64::from(up).abs(),
-    };
+    let view = &stages.view;
+    let cosine = if view.perspective == 1 { 1.0 } else { f64::from(view.towards[2]).abs() };
     let misread_m = misread_m(frame, &thickness, cosine);
     // Lower as well: a ray may miss the cloud that it only just touches, and meet another far away.
     let [higher, lower] = [misread_m, -misread_m].map(|by_m| twin(frame, &lifted(&thickness, by_m)));

@@ -4,17 +4,16 @@
 
 use serde_json::{Value, json};
 use skyloom::image::{Image, ImageEncoding, sha256_hex};
-use skyloom::render::{Job, Renderer, RendererOptions, Texture, Watch};
+use skyloom::render::{Images, Job, RenderError, Renderer, RendererOptions, Texture, Watch};
 use skyloom::request::Request;
 use skyloom::scene::Scene;
 use skyloom::tables::{MixTables, TableLibrary};
-use std::collections::HashMap;
 use std::sync::Arc;
 
 pub(crate) struct Sky {
     pub(crate) renderer: Renderer,
     library: TableLibrary,
-    images: HashMap<String, Arc<Image>>,
+    images: Images,
     last: Vec<Arc<MixTables>>,
 }
 
@@ -37,7 +36,7 @@ impl Sky {
 
     pub(crate) fn with(options: &RendererOptions) -> Self {
         let renderer = Renderer::new(options).expect("a Vulkan driver (see README)");
-        Self { renderer, library: TableLibrary::new(None), images: HashMap::new(), last: Vec::new() }
+        Self { renderer, library: TableLibrary::new(None), images: Images::new(), last: Vec::new() }
     }
 
     pub(crate) fn add_image(&mut self, width: u32, height: u32, data: Vec<f32>) -> String {
@@ -49,11 +48,22 @@ impl Sky {
     }
 
     pub(crate) fn job(&mut self, scene: &Value, texture: &str, query: &[(&str, &str)]) -> Job {
+        let job = self.prepare(scene, (texture, "f32"), query).expect("a job");
+        self.last = job.tables().to_vec();
+        job
+    }
+
+    /// A texture in a format, if the scene allows it.
+    pub(crate) fn prepare(
+        &self,
+        scene: &Value,
+        (texture, format): (&str, &str),
+        query: &[(&str, &str)],
+    ) -> Result<Job, RenderError> {
         let scene = Scene::from_json(scene.to_string().as_bytes()).expect("a valid scene");
         let query: Vec<_> = query.iter().map(|(name, value)| ((*name).to_owned(), (*value).to_owned())).collect();
-        let request = Request::parse(texture, "f32", &query).expect("a valid request");
-        self.last = scene.mixes().iter().map(|mix| self.library.get(mix, None, &|_| ()).expect("tables")).collect();
-        Job { scene: Arc::new(scene), request, tables: self.last.clone(), images: self.images.clone() }
+        let request = Request::parse(texture, format, &query).expect("a valid request");
+        Job::prepare(Arc::new(scene), request, &self.images, &self.library, &|_| ())
     }
 
     pub(crate) fn render(&mut self, scene: &Value, texture: &str, query: &[(&str, &str)]) -> Texture {

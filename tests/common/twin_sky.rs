@@ -52,8 +52,7 @@ impl Sky {
         let scene = Scene::from_json(scene.to_string().as_bytes()).unwrap();
         let query: Vec<_> = query.iter().map(|(name, value)| ((*name).to_owned(), (*value).to_owned())).collect();
         let request = Request::parse(texture, "f32", &query).unwrap();
-        let tables = scene.mixes().iter().map(|mix| LIBRARY.get(mix, None, &|_| ()).unwrap()).collect();
-        Job { scene: Arc::new(scene), request, tables, images: WAVES.iter().cloned().collect() }
+        Job::prepare(Arc::new(scene), request, &WAVES.iter().cloned().collect(), &LIBRARY, &|_| ()).unwrap()
     }
 }
 

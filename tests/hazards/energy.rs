@@ -17,7 +17,7 @@ fn stages(zenith_deg: f64, asymmetry: f64, albedo: f64) -> (Stages, Arc<MixTable
     let mut device = device();
     let slab = Slab::new(zenith_deg, 1.0, henyey_greenstein(asymmetry, albedo));
     let job = device.job(&slab.scene(), "cloud", &[("method", "analytic")]);
-    (device.renderer.inspect(&job, &Default::default()).unwrap(), Arc::clone(&job.tables[0]))
+    (device.renderer.inspect(&job, &Default::default()).unwrap(), Arc::clone(&job.tables()[0]))
 }
 
 /// The closure of every mix, sun and depth: calls `each` with the column of the texture and its six rows.

@@ -132,7 +132,7 @@ impl Twin {
     fn at(&self, from_above: bool, zenith: f64, azimuth: f64) -> (f64, f64) {
         let side = if from_above { 1.0 } else { -1.0 };
         let towards = [zenith.sin() * azimuth.sin(), zenith.sin() * azimuth.cos(), side * zenith.cos()];
-        let towards = [towards[0] as f32, towards[1] as f32, towards[2] as f32, 0.0];
+        let towards = towards.map(|part| part as f32);
         let view = View { towards, from_above: from_above.into(), ..self.stages.view };
         let [thickness, transmittance, reflectance, closure, phase, aureole, below, above] = &self.maps;
         let even = |light: &[[f32; 3]]| Map::from_f32(1, 1, 3, &light[0]);

@@ -81,7 +81,7 @@ impl Slab {
         let query = [&[("view", view), ("direction", direction.as_str())], method].concat();
         let mut device = device();
         let job = device.job(&self.scene(), "cloud", &query);
-        Seen { stages: device.renderer.inspect(&job, &Watch::default()).unwrap(), tables: Arc::clone(&job.tables[0]) }
+        Seen { stages: device.renderer.inspect(&job, &Watch::default()).unwrap(), tables: Arc::clone(&job.tables()[0]) }
     }
 
     pub(crate) fn texture(&self, texture: &str, query: &[(&str, &str)]) -> Vec<f32> {
@@ -154,7 +154,7 @@ impl Seen {
 
     /// Angle by which the light that is seen was scattered, from what the device was given.
     pub(crate) fn angle(&self) -> f64 {
-        let [sun, seen] = [self.stages.frame.sun, self.stages.view.towards].map(|v| wide([v[0], v[1], v[2]]));
+        let [sun, seen] = [self.stages.frame.sun.towards, self.stages.view.towards].map(wide);
         let cross = [0, 1, 2].map(|i| {
             let (j, k) = ((i + 1) % 3, (i + 2) % 3);
             sun[j] * seen[k] - sun[k] * seen[j]

@@ -52,9 +52,10 @@ impl Render for Fake {
             }
             Act::Panic => panic!("a test"),
             Act::Lose => return Err(RenderError::DeviceLost("a test".into())),
-            Act::Fail => return Err(RenderError::Gpu("a test".into())),
+            Act::Fail => return Err(RenderError::Defect("a test")),
         }
-        Ok(Picture { shape: [1, 1, 1], timings: vec![("draw", Duration::ZERO)], encode: Box::new(|| Ok(vec![1])) })
+        let file = Encoded { bytes: vec![1], bits: 8, reason: None };
+        Ok(Picture { shape: [1, 1, 1], timings: vec![("draw", Duration::ZERO)], encode: Box::new(|| Ok(file)) })
     }
 }
 
