@@ -181,7 +181,7 @@ impl Artefact for Sum<'_> {
         vec![self.numbers.to_vec(), value.to_le_bytes().to_vec(), Vec::new()]
     }
 
-    fn from_parts(&self, parts: &[&[u8]]) -> Option<u64> {
+    fn read_parts(&self, parts: &[&[u8]]) -> Option<u64> {
         let [numbers, value, []] = parts else { return None };
         (*numbers == self.numbers).then_some(u64::from_le_bytes((*value).try_into().ok()?))
     }

@@ -152,7 +152,7 @@ async function update() {
   try {
     const options = { method: "POST", headers: { "content-type": "application/json" }, body: JSON.stringify(now.scene), signal };
     const reply = await ask("/v1/skies", options);
-    const { id } = await reply.json();
+    const { id, version } = await reply.json();
     if (passing && passing !== id) fetch(`/v1/skies/${passing}`, { method: "DELETE" }).catch(() => {});
     passing = reply.status === 201 || passing === id ? id : null;
     if (playing) {
@@ -164,7 +164,8 @@ async function update() {
     const done = new AbortController();
     watchTables(id, AbortSignal.any([signal, done.signal])).catch(() => {});
     try {
-      const address = (name) => `/v1/skies/${id}/${name}.png?${queryOf(name, now)}`;
+      // With the version a browser may keep a picture for ever; the curl lines go without, for the picture of the day.
+      const address = (name) => `/v1/skies/${id}/${name}.png?${queryOf(name, now)}&v=${encodeURIComponent(version)}`;
       await Promise.all(TEXTURES.map((name) => picture(name, address(name), signal)));
     } finally {
       done.abort();

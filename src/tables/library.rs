@@ -29,7 +29,7 @@ pub trait Artefact {
     fn to_parts(&self, value: &Self::Value) -> Vec<Vec<u8>>;
 
     /// Reads it back; `None` when the parts are not those of this version.
-    fn from_parts(&self, parts: &[&[u8]]) -> Option<Self::Value>;
+    fn read_parts(&self, parts: &[&[u8]]) -> Option<Self::Value>;
 
     /// Memory that it takes.
     fn bytes(&self, value: &Self::Value) -> usize;
@@ -246,7 +246,7 @@ impl TableLibrary {
                 return None;
             }
         };
-        let read = |parts: Vec<&[u8]>| artefact.from_parts(&parts).ok_or(Flaw::Foreign);
+        let read = |parts: Vec<&[u8]>| artefact.read_parts(&parts).ok_or(Flaw::Foreign);
         match file::unpack(key, &bytes).and_then(read) {
             Ok(value) => Some(value),
             Err(Flaw::Foreign) => {

@@ -124,7 +124,7 @@ impl Artefact for OwnTables<'_> {
         (0..3).flat_map(channel).collect()
     }
 
-    fn from_parts(&self, parts: &[&[u8]]) -> Option<MixTables> {
+    fn read_parts(&self, parts: &[&[u8]]) -> Option<MixTables> {
         let numbers = |bytes: &[u8]| {
             let (numbers, []) = bytes.as_chunks::<8>() else { return None };
             Some(numbers.iter().map(|number| f64::from_le_bytes(*number)).collect::<Vec<_>>())
@@ -179,7 +179,7 @@ impl Artefact for RadianceTables<'_> {
         radiance.iter().map(RadianceTable::to_bytes).collect()
     }
 
-    fn from_parts(&self, parts: &[&[u8]]) -> Option<Radiance> {
+    fn read_parts(&self, parts: &[&[u8]]) -> Option<Radiance> {
         let [r, g, b] = parts else { return None };
         let table = |bytes| RadianceTable::from_bytes(bytes).filter(|table| table.size() == self.detail.size());
         Some([table(r)?, table(g)?, table(b)?])

@@ -23,7 +23,10 @@ fn the_first_frame_comes_at_once_and_the_next_ones_by_the_clock() {
     let event = common.server.listen(&format!("{sky}/frames?every=3600")).next().unwrap();
     assert_eq!(time(&event) % 3600.0, 0.0);
     assert_eq!(event["textures"].as_object().unwrap().len(), 1);
-    assert_eq!(event["textures"]["cloud.exr"], versioned(common.server.version(), &format!("{sky}/cloud.exr?time={}", time(&event))));
+    assert_eq!(
+        event["textures"]["cloud.exr"],
+        format!("{sky}/cloud.exr?time={}&v={}", time(&event), common.server.version())
+    );
 
     let begin = Instant::now();
     let mut events = common.server.listen(&format!("{sky}/frames?every=0.5&count=4&start={}", ago(100.2)));
@@ -47,17 +50,19 @@ fn all_clients_get_the_same_links_and_they_lead_to_textures() {
     let files = "textures=cloud.f32,shadow.f32,thickness.png";
     // Order, spelling of the start, defaults and what does not touch a texture make no difference.
     let one = first(&format!("every=3600&{files}&size=8&direction=20,90&start=2026-01-01T00:00:00Z"));
-    let other = first(&format!("start=1767225600&direction=20%2C90&tolerance=0.02&size=8&{files}&every=3600.0"));
+    let other = first(&format!("start=1767225600&direction=20%2C90&tolerance=0.02&size=8&{files}&every=3600.0&v=old"));
     if time(&one) == time(&other) {
         assert_eq!(one, other);
     }
     let links = one["textures"].as_object().unwrap();
     assert_eq!(links.len(), 3);
-    assert_eq!(links["shadow.f32"], format!("{sky}/shadow.f32?time={}&size=8", time(&one)));
+    let version = common.server.version();
+    assert_eq!(links["shadow.f32"], format!("{sky}/shadow.f32?time={}&size=8&v={version}", time(&one)));
     for (file, link) in links {
         let answer = common.server.get(link.as_str().unwrap());
         assert_eq!(answer.status, 200, "{file}: {}", answer.text());
         assert!(answer.header("x-skyloom-shape").starts_with("8,8,"), "{file}");
+        assert_eq!(answer.header("cache-control"), "public, max-age=31536000, immutable", "{file}");
     }
 }
 
@@ -102,6 +107,7 @@ fn wrong_queries_are_refused_with_every_parameters_name() {
         ("time=5", "time"),
         ("evry=5", "evry"),
         ("size=8&size=8", "size"),
+        ("v=1&v=1", "v"),
     ] {
         common.server.get(&format!("{sky}/frames?{query}")).names(422, parameter);
     }

@@ -240,6 +240,13 @@ impl Server {
         format!("/v1/skies/{}", answer.json()["id"].as_str().unwrap())
     }
 
+    /// The renderer's version as links carry it.
+    pub(crate) fn version(&self) -> String {
+        let version = self.get("/v1/limits").json()["version"].as_str().unwrap().to_owned();
+        assert!(version.contains('+'), "{version}");
+        version.replace('+', "%2B")
+    }
+
     /// Nothing was lost: the server lives, keeps its skies and renders.
     pub(crate) fn goes_on(&self) {
         assert_eq!(self.get("/health/live").status, 200);
