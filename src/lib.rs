@@ -11,6 +11,7 @@
 //! | [`tables`] | droplet mix | the two above, kept in memory and on disk |
 //! | [`field`] | scene | the thickness map |
 //! | [`slice`] | sun | tables as textures; the closure of the orders |
+//! | `ground` | moment | the ground's albedo on a grid |
 //! | [`exchange`] | moment | light between layers of cloud, and between cloud and ground |
 //! | `light` | moment | sun, sky and ground light at cloud base and ground |
 //! | [`shade`] | request | the texture asked for |
@@ -32,6 +33,7 @@ pub mod encode;
 pub mod exchange;
 pub mod field;
 pub mod gpu;
+mod ground;
 pub mod image;
 pub mod light;
 pub mod optics;

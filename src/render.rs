@@ -109,7 +109,7 @@ pub enum RenderError {
     /// An image that the scene names was not handed over.
     #[error("the image {0} is missing")]
     MissingImage(String),
-    /// The request does not fit the scene.
+    /// The request, or an image, does not fit the scene.
     #[error("{}", .0.iter().map(|e| format!("{}: {}", e.pointer, e.detail)).collect::<Vec<_>>().join("; "))]
     Invalid(Vec<FieldError>),
 }
@@ -228,6 +228,10 @@ impl Renderer {
     /// See [`RenderError`]; after [`RenderError::DeviceLost`] the renderer is of no more use.
     pub fn render(&mut self, job: &Job, watch: &Watch) -> Result<Texture, RenderError> {
         job.request.check(&job.scene).map_err(RenderError::Invalid)?;
+        let images = job.scene.check_images(&job.images);
+        if !images.errors.is_empty() {
+            return Err(RenderError::Invalid(images.errors));
+        }
         let mut clock = Clock::default();
         let size = job.request.size.unwrap_or(job.scene.domain.resolution);
         let Shaded { data, standard_error, white, plane_m } = match job.scene.layers.len() {

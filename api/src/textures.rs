@@ -220,7 +220,8 @@ async fn tables(
     Ok(tables)
 }
 
-async fn images(app: &Arc<App>, scene: &Scene) -> Result<HashMap<String, Arc<skyloom::image::Image>>, ApiError> {
+/// The images that a scene names, decoded.
+pub async fn images(app: &Arc<App>, scene: &Scene) -> Result<HashMap<String, Arc<skyloom::image::Image>>, ApiError> {
     let references = scene.image_references();
     if references.is_empty() {
         return Ok(HashMap::new());

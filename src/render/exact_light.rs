@@ -1,7 +1,7 @@
 //! Method "reference" of the textures of light on the ground: Monte Carlo in three dimensions through the layers as they
 //! are, to compare the fast methods with on a scene of one's own. Texels are means, not samples at points.
 
-use super::frame::{Moment, ground_albedo};
+use super::frame::{Moment, ground_map};
 use super::{Job, RenderError, Watch};
 use crate::gpu::HostMap;
 use crate::reference::Map;
@@ -52,7 +52,7 @@ pub(super) fn trace_ground(
         .collect();
     let scene = RgbScene {
         layers: &layers,
-        ground_albedo: &ground_albedo(job)?,
+        ground_albedo: &ground_map(job)?.exact(),
         extent_m: job.scene.extent_m(),
         towards_sun: job.scene.sun_direction(),
         sun_irradiance: job.scene.light.sun.map(|value| value.get()),

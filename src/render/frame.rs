@@ -5,13 +5,13 @@ use crate::encode::Metadata;
 use crate::field::{self, Field, wind_offset};
 use crate::gpu::HostMap;
 use crate::gpu::layout::{Frame, MIN_COSINE, View};
-use crate::image::{Image, ImageEncoding};
+use crate::ground::{self, GroundMap};
+use crate::image::Image;
 use crate::light::{Grids, LayerShape, SceneShape, grids, shift_uv};
 use crate::plan::{Plan, field_resolution};
-use crate::reference::Map;
 use crate::request::{Component, Request, Side, TextureKind, Transport};
 use crate::scene::quantity::Quantity as _;
-use crate::scene::{GroundAlbedo, Scene, Thickness};
+use crate::scene::{Scene, Thickness};
 use crate::slice::without_peak;
 use crate::tables::MixTables;
 use std::sync::Arc;
@@ -149,12 +149,7 @@ impl Moment {
             .map(|(number, field)| LayerMoment::new(job, number, field, &plan, base_of(number + 1)))
             .collect();
         let shapes: Vec<LayerShape> = layers.iter().map(|layer| layer.shape).collect();
-        let albedo_texels = match &scene.ground.albedo {
-            GroundAlbedo::Uniform(_) => 1,
-            GroundAlbedo::Map { image, .. } => {
-                job.images.get(&image.0).map_or(1, |image| image.width.max(image.height)).max(2)
-            }
-        };
+        let albedo_texels = ground::texels_a_side(&scene.ground.albedo, &job.images);
         let sides = fields.iter().map(|field| field.thickness.width.max(field.thickness.height));
         let (extent_m, base_m) = (scene.extent_m(), scene.base_m());
         let shape =
@@ -195,17 +190,13 @@ impl Moment {
 
     /// The ground's albedo on the exchange grid, mean over each texel.
     pub(super) fn albedo(&self, job: &Job) -> Result<HostMap, RenderError> {
-        let texels = self.grids.exchange_texels as usize;
-        let data: Vec<f32> = match &job.scene.ground.albedo {
-            GroundAlbedo::Uniform(albedo) => rgb(albedo.map(|value| value.get()), 0.0).repeat(texels * texels),
-            GroundAlbedo::Map { image, linear } => {
-                let image = image_of(job, &image.0)?;
-                let values = albedos(image, *linear);
-                resample(&values, image.width as usize, image.height as usize, texels)
-            }
-        };
-        Ok(HostMap { width: texels as u32, height: texels as u32, channels: 4, data })
+        Ok(ground_map(job)?.means(self.grids.exchange_texels))
     }
+}
+
+/// The ground's albedo as the scene gives it.
+pub(super) fn ground_map(job: &Job) -> Result<GroundMap, RenderError> {
+    GroundMap::new(&job.scene.ground.albedo, &job.images).map_err(RenderError::MissingImage)
 }
 
 fn image_of<'a>(job: &'a Job, name: &str) -> Result<&'a Image, RenderError> {
@@ -245,72 +236,6 @@ pub(super) fn thickness_image(job: &Job, layer: usize) -> Result<Option<&Image>,
         Thickness::Map { image, .. } => image_of(job, &image.0).map(Some),
         _ => Ok(None),
     }
-}
-
-/// Linear albedos of an image.
-fn albedos(image: &Image, linear: bool) -> Vec<[f64; 3]> {
-    // An integer file is sRGB unless said otherwise; floats are linear.
-    let decode = image.encoding == ImageEncoding::Integer && !linear;
-    image.data.chunks(image.channels as usize).map(|texel| albedo(texel, decode)).collect()
-}
-
-/// The ground's albedo as the scene gives it: one texel, or those of its image.
-pub(super) fn ground_albedo(job: &Job) -> Result<Map, RenderError> {
-    let texel = |[r, g, b]: [f64; 3]| [r, g, b, 0.0];
-    Ok(match &job.scene.ground.albedo {
-        GroundAlbedo::Uniform(albedo) => {
-            Map { width: 1, height: 1, texels: vec![texel(albedo.map(|value| value.get()))] }
-        }
-        GroundAlbedo::Map { image, linear } => {
-            let image = image_of(job, &image.0)?;
-            let texels = albedos(image, *linear).into_iter().map(texel).collect();
-            Map { width: image.width as usize, height: image.height as usize, texels }
-        }
-    })
-}
-
-fn albedo(texel: &[f32], decode: bool) -> [f64; 3] {
-    let channel = |c: usize| {
-        let value = f64::from(*texel.get(c).or(texel.first()).unwrap_or(&0.0)).clamp(0.0, 1.0);
-        // IEC 61966-2-1.
-        match decode {
-            true if value <= 0.04045 => value / 12.92,
-            true => ((value + 0.055) / 1.055).powf(2.4),
-            false => value,
-        }
-    };
-    [channel(0), channel(1), channel(2)]
-}
-
-/// A map stretched over the domain, brought to a grid: the mean of as many bilinear samples as there are texels.
-fn resample(values: &[[f64; 3]], width: usize, height: usize, texels: usize) -> Vec<f32> {
-    // As many samples as there are texels of the image, in each direction of its own.
-    let (across, down) = (width.div_ceil(texels), height.div_ceil(texels));
-    let at = |x: usize, y: usize| values[y * width + x];
-    let sample = |u: f64, v: f64| {
-        let (x, y) = (u * width as f64 - 0.5, v * height as f64 - 0.5);
-        let wrap = |i: f64, n: usize| (i as isize).rem_euclid(n as isize) as usize;
-        let (x0, y0) = (wrap(x.floor(), width), wrap(y.floor(), height));
-        let (x1, y1) = ((x0 + 1) % width, (y0 + 1) % height);
-        let (fx, fy) = (x - x.floor(), y - y.floor());
-        let mix = |a: f64, b: f64, t: f64| a + (b - a) * t;
-        std::array::from_fn::<f64, 3, _>(|c| {
-            mix(mix(at(x0, y0)[c], at(x1, y0)[c], fx), mix(at(x0, y1)[c], at(x1, y1)[c], fx), fy)
-        })
-    };
-    let mut data = Vec::with_capacity(4 * texels * texels);
-    for i in 0..texels * texels {
-        let mut sum = [0.0; 3];
-        for s in 0..across * down {
-            let inside = |texel: usize, part: usize, parts: usize| {
-                (texel as f64 + (part as f64 + 0.5) / parts as f64) / texels as f64
-            };
-            let found = sample(inside(i % texels, s % across, across), inside(i / texels, s / across, down));
-            (0..3).for_each(|c| sum[c] += found[c]);
-        }
-        data.extend(rgb(sum.map(|value| value / (across * down) as f64), 0.0));
-    }
-    data
 }
 
 /// Textures of a scene without clouds: the same everywhere.
