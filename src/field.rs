@@ -282,10 +282,9 @@ impl Source {
 
 impl Picture {
     fn new(gpu: &Gpu, image: &Image, scale_m: f64) -> Self {
-        let limits = scene::quantity::ThicknessM::RANGE;
-        let clamp = |sample: f32| (f64::from(sample) * scale_m).clamp(*limits.start(), *limits.end()) as f32;
-        let texels = image.data.chunks(image.channels as usize).filter_map(|texel| texel.first());
-        let metres: Vec<f32> = texels.map(|sample| clamp(*sample)).collect();
+        // The renderer has refused samples out of range.
+        let first_channel = image.data.iter().step_by(image.channels as usize);
+        let metres: Vec<f32> = first_channel.map(|sample| (f64::from(*sample) * scale_m) as f32).collect();
         let greatest_m = metres.iter().copied().fold(0.0, f32::max);
         Self {
             image: gpu.texture_from("image", [image.width, image.height], 1, &metres),

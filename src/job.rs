@@ -47,7 +47,12 @@ impl Job {
             None => Err(RenderError::MissingImage(sha256)),
         };
         let references = scene.image_references();
-        let images = references.into_iter().map(|reference| named(reference.sha256)).collect::<Result<_, _>>()?;
+        let named = references.into_iter().map(|reference| named(reference.sha256));
+        let images = named.collect::<Result<Images, _>>()?;
+        let found = scene.check_images(&images);
+        if !found.errors.is_empty() {
+            return Err(RenderError::Invalid(found.errors));
+        }
         let plan = Plan::new(&request);
         let mixes = scene.mixes();
         let tables = mixes.iter().enumerate().map(|(i, mix)| {

@@ -11,6 +11,7 @@
 //! | [`tables`], [`store`] | droplet mix | the two above, kept in memory and on disk |
 //! | [`field`] | scene | the thickness map |
 //! | [`slice`] | sun | tables as textures; the closure of the orders |
+//! | `ground` | moment | the ground's albedo on a grid |
 //! | [`exchange`] | moment | light between layers of cloud, and between cloud and ground |
 //! | `light` | moment | sun, sky and ground light at cloud base and ground |
 //! | [`shade`] | request | the texture asked for |

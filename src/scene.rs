@@ -4,6 +4,7 @@
 //! ([`Scene::to_json`]) and is named by a hash of that text ([`Scene::id`]). Axes and units: metres, seconds, degrees;
 //! east = +x, north = +y, up = +z; azimuths clockwise from north; zenith angles from straight up.
 
+mod images;
 mod json;
 mod parse;
 pub mod quantity;
@@ -11,6 +12,7 @@ mod read;
 mod write;
 
 use crate::optics::Mix;
+pub use images::ImageFindings;
 use quantity::*;
 use sha2::{Digest, Sha256};
 use std::sync::Arc;
@@ -213,12 +215,29 @@ pub struct Wind {
 }
 
 /// An image that a scene names.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct ImageReference {
     /// Where the scene names it.
     pub pointer: String,
     /// Its name: SHA-256 of the file.
     pub sha256: String,
+    /// What it is to the scene.
+    pub purpose: ImagePurpose,
+}
+
+/// What a scene takes an image for.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum ImagePurpose {
+    /// Albedo of the ground, 0 to 1.
+    Albedo {
+        /// Whether the samples of a PNG are linear; otherwise they are decoded as sRGB.
+        linear: bool,
+    },
+    /// Thickness of cloud: the first channel.
+    Thickness {
+        /// Metres for a sample of 1.
+        scale_m: f64,
+    },
 }
 
 impl Scene {
@@ -263,13 +282,16 @@ impl Scene {
     /// Every image that the scene names, with the place where it does.
     pub fn image_references(&self) -> Vec<ImageReference> {
         let mut found = Vec::new();
-        if let GroundAlbedo::Map { image, .. } = &self.ground.albedo {
-            found.push(ImageReference { pointer: "/ground/albedo/image".to_owned(), sha256: image.0.clone() });
+        let mut name = |pointer: String, image: &ImageName, purpose| {
+            found.push(ImageReference { pointer, sha256: image.0.clone(), purpose });
+        };
+        if let GroundAlbedo::Map { image, linear } = &self.ground.albedo {
+            name("/ground/albedo/image".to_owned(), image, ImagePurpose::Albedo { linear: *linear });
         }
         for (i, layer) in self.layers.iter().enumerate() {
-            if let Thickness::Map { image, .. } = &layer.thickness {
-                let pointer = format!("/layers/{i}/thickness/image");
-                found.push(ImageReference { pointer, sha256: image.0.clone() });
+            if let Thickness::Map { image, scale_m } = &layer.thickness {
+                let purpose = ImagePurpose::Thickness { scale_m: scale_m.get() };
+                name(format!("/layers/{i}/thickness/image"), image, purpose);
             }
         }
         found

@@ -180,7 +180,7 @@ fn one_wrong_layer_hides_no_error_of_the_others() {
 fn a_request_names_only_layers_that_the_scene_has() {
     let check = |layers: &[Value], layer: &str| {
         let scene = Scene::from_json(stacked(layers).to_string().as_bytes()).unwrap();
-        parse("cloud", "exr", &[("layer", layer)]).unwrap().check(&scene)
+        parse("cloud", "exr", &[("layer", layer)]).unwrap().of(&scene).map(|_| ())
     };
     let three = [json!(0), json!(1), json!(2)];
     assert!(check(&three, "2").is_ok());

@@ -306,10 +306,16 @@ fn check(options: &ArgMatches) -> Result<(), Fault> {
     let (scene, _images) = render::read_scene(path, render::Unknown::Kept)?;
     let text = serde_json::to_string_pretty(&scene.to_json()).map_err(|error| Fault::Failure(error.to_string()))?;
     to_stdout(format!("{text}\n").as_bytes())?;
-    for note in scene.notes() {
+    tell(&scene.notes());
+    Ok(())
+}
+
+/// Prints notes on stderr.
+fn tell(notes: &[FieldError]) {
+    for note in notes {
+        // Nothing can be done when even stderr is closed.
         writeln!(std::io::stderr(), "note: {}: {}", note.pointer, note.detail).unwrap_or_default();
     }
-    Ok(())
 }
 
 fn list_adapters() -> Result<(), Fault> {

@@ -11,7 +11,7 @@ use axum::response::{IntoResponse, Response};
 use axum::routing::{get, post};
 use axum::{Json, Router};
 use serde_json::{Value, json};
-use skyloom::scene::Scene;
+use skyloom::scene::{FieldError, Scene};
 use skyloom::tables::TableLibrary;
 use tower_http::catch_panic::CatchPanicLayer;
 
@@ -81,28 +81,39 @@ async fn register_sky(State(app): State<Arc<App>>, request: Request) -> Result<R
     }
     let bytes = body::read(&parts.headers, body, app.config.limits.scene_bytes, app.body_timeout()).await?;
     let scene = Arc::new(blocking(move || Ok(Scene::from_json(&bytes)?)).await?);
-    let references = scene.image_references();
-    // Whether they are whole is seen by reading them.
-    let _permit = if references.is_empty() { None } else { Some(app.image_work().await?) };
-    let own = Arc::clone(&app);
+    missing_images(&app, &scene).await?;
+    let images = textures::images(&app, &scene).await?;
     blocking(move || {
-        let app = own;
-        let missing = app.images.missing(&references)?;
-        if !missing.is_empty() {
-            return Err(ApiError::InvalidScene(missing));
+        let found = scene.check_images(&images);
+        if !found.errors.is_empty() {
+            return Err(ApiError::InvalidScene(field_problems(found.errors)));
         }
+        let notes = [scene.notes(), found.notes].concat();
         let id = scene.id();
         let is_new = app.skies.insert(&id, &scene)?;
         let status = if is_new { StatusCode::CREATED } else { StatusCode::OK };
         let location = [(header::LOCATION, format!("/v1/skies/{id}")), (header::CACHE_CONTROL, "no-store".to_owned())];
-        Ok((status, location, Json(describe(&id, &scene))).into_response())
+        Ok((status, location, Json(describe(&id, &scene, notes))).into_response())
     })
     .await
 }
 
+/// Refuses a scene whose images are absent or damaged: what is in memory says nothing about the store.
+async fn missing_images(app: &Arc<App>, scene: &Scene) -> Result<(), ApiError> {
+    let references = scene.image_references();
+    if references.is_empty() {
+        return Ok(());
+    }
+    // Whether they are whole is seen by reading them.
+    let _permit = app.image_work().await?;
+    let app = Arc::clone(app);
+    let missing = blocking(move || app.images.missing(&references)).await?;
+    if missing.is_empty() { Ok(()) } else { Err(ApiError::InvalidScene(missing)) }
+}
+
 async fn show_sky(State(app): State<Arc<App>>, Path(id): Path<String>) -> Result<Response, ApiError> {
     let scene = app.sky(&id).await?;
-    let mut answer = describe(&id, &scene);
+    let mut answer = describe(&id, &scene, scene.notes());
     if let Some(answer) = answer.as_object_mut() {
         answer.insert("tables".to_owned(), table_state(&app.library, &scene));
     }
@@ -114,8 +125,8 @@ async fn remove_sky(State(app): State<Arc<App>>, Path(id): Path<String>) -> Resu
     Ok(StatusCode::NO_CONTENT)
 }
 
-/// Id, normalised scene, links to its textures in the present version, and notes on fields that have no effect.
-fn describe(id: &str, scene: &Scene) -> Value {
+/// Id, normalised scene, links to its textures in the present version, and notes.
+fn describe(id: &str, scene: &Scene, notes: Vec<FieldError>) -> Value {
     let own = format!("/v1/skies/{id}");
     let texture = |name: &str| version::link(&format!("{own}/{name}.exr"));
     json!({
@@ -130,7 +141,7 @@ fn describe(id: &str, scene: &Scene) -> Value {
             "plan": format!("{own}/plan"),
             "frames": format!("{own}/frames"),
         },
-        "notes": field_problems(scene.notes()),
+        "notes": field_problems(notes),
         "scene": scene.to_json(),
     })
 }

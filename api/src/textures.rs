@@ -252,7 +252,8 @@ fn refused(error: TableError, layer: usize) -> ApiError {
     }
 }
 
-async fn images(app: &Arc<App>, scene: &Scene) -> Result<Images, ApiError> {
+/// The images that a scene names, decoded.
+pub async fn images(app: &Arc<App>, scene: &Scene) -> Result<Images, ApiError> {
     let references = scene.image_references();
     if references.is_empty() {
         return Ok(Images::new());

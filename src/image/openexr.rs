@@ -1,5 +1,6 @@
 //! OpenEXR: blocks are found through the offset table and checked before the codecs of the `exr` crate see them.
 
+mod channels;
 mod header;
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -8,8 +9,9 @@ use exr::math::Vec2;
 use exr::meta::attribute::{Compression, IntegerBounds, SampleType};
 use half::f16;
 
+use self::channels::Channel;
 use self::header::Layout;
-use super::{Image, ImageEncoding, ImageError, ImageLimits};
+use super::{Image, ImageEncoding, ImageError, ImageLimits, WrongTexels};
 
 /// First bytes of every OpenEXR file.
 pub(super) const MAGIC: [u8; 4] = [0x76, 0x2f, 0x31, 0x01];
@@ -66,32 +68,72 @@ pub(super) fn decode(bytes: &[u8], limits: &ImageLimits) -> Result<Image, ImageE
     // All blocks are located before the texels are allocated, so a header alone costs no memory.
     let blocks = locate_blocks(bytes, &mut rest, &layout)?;
 
-    let width = layout.width as usize;
-    let channels = layout.chosen.len();
-    let mut data = vec![0.0_f32; width * layout.height as usize * channels];
+    let mut picture = Picture::new(&layout);
     for (section, stored) in blocks {
-        let samples = decompress(&layout, section, stored)?;
-        let Vec2(columns, rows) = section.size;
-        let (left, top) = (section.position.x() as usize, section.position.y() as usize);
-        let line_bytes = layout.bytes_per_texel * columns;
-        for (row, line) in samples.chunks_exact(line_bytes).take(rows).enumerate() {
-            let start = ((top + row) * width + left) * channels;
-            let target =
-                data.get_mut(start..start + columns * channels).ok_or_else(|| broken("a block is misplaced"))?;
-            for (channel, source) in layout.chosen.iter().enumerate() {
-                let first = source.byte_offset * columns;
-                let values = line
-                    .get(first..first + source.sample_type.bytes_per_sample() * columns)
-                    .ok_or_else(|| broken("a block is too short"))?;
-                copy_channel(values, source.sample_type, target.iter_mut().skip(channel).step_by(channels));
+        picture.take(&layout, section, &decompress(&layout, section, stored)?)?;
+    }
+    if let Some(wrong) = picture.transparent {
+        return Err(ImageError::Transparent(wrong));
+    }
+    let (width, height) = (layout.picture.width, layout.picture.height);
+    let channels = if layout.chosen.samples.len() == 1 { 1 } else { 3 };
+    let image = Image::new(width, height, channels, picture.data, ImageEncoding::Float)?.with_colour(layout.colour);
+    Ok(Image { empty: layout.empty, ..image })
+}
+
+/// The display window while it is filled.
+struct Picture {
+    data: Vec<f32>,
+    transparent: Option<WrongTexels>,
+}
+
+impl Picture {
+    fn new(layout: &Layout) -> Self {
+        let texels = layout.picture.width as usize * layout.picture.height as usize;
+        Self { data: vec![0.0; texels * layout.chosen.samples.len()], transparent: None }
+    }
+
+    /// Takes over what the picture shows of a block.
+    fn take(&mut self, layout: &Layout, section: IntegerBounds, samples: &[u8]) -> Result<(), ImageError> {
+        let (width, channels) = (layout.picture.width as usize, layout.chosen.samples.len());
+        let [(left, columns), (top, rows)] = layout.shown(section);
+        let line_bytes = layout.bytes_per_texel * section.size.x();
+        let lines = samples.chunks_exact(line_bytes).enumerate().skip(rows.start).take(rows.len());
+        for (line_number, line) in lines {
+            let row = top + line_number - rows.start;
+            let values = |channel: &Channel| {
+                let size = channel.sample_type.bytes_per_sample();
+                let first = channel.byte_offset * section.size.x() + size * columns.start;
+                line.get(first..first + size * columns.len()).ok_or_else(|| broken("a block is too short"))
+            };
+            let start = (row * width + left) * channels;
+            let target = self.data.get_mut(start..start + columns.len() * channels);
+            let target = target.ok_or_else(|| broken("a block is misplaced"))?;
+            for (number, channel) in layout.chosen.samples.iter().enumerate() {
+                let target = target.iter_mut().skip(number).step_by(channels);
+                copy_channel(values(channel)?, channel.sample_type, target);
+            }
+            if let Some(alpha) = &layout.chosen.alpha {
+                let mut opaque = vec![0.0; columns.len()];
+                copy_channel(values(alpha)?, alpha.sample_type, opaque.iter_mut());
+                self.check_alpha(layout, &opaque, left, row);
             }
         }
+        Ok(())
     }
-    if data.iter().any(|value| !value.is_finite()) {
-        return Err(ImageError::NotFinite);
+
+    /// Notes the texels of a part of a row that are not opaque. Blocks come in any order.
+    fn check_alpha(&mut self, layout: &Layout, alpha: &[f32], left: usize, row: usize) {
+        let of = u64::from(layout.picture.width) * u64::from(layout.picture.height) - layout.empty;
+        for (column, &value) in alpha.iter().enumerate().filter(|(_, value)| **value != 1.0) {
+            // Places in a picture have 32 bits.
+            let (column, row) = ((left + column) as u32, row as u32);
+            let here = WrongTexels { count: 1, of, value, column, row };
+            let first = self.transparent.filter(|other| (other.row, other.column) < (row, column)).unwrap_or(here);
+            let count = 1 + self.transparent.map_or(0, |other| other.count);
+            self.transparent = Some(WrongTexels { count, ..first });
+        }
     }
-    let channels = if channels == 1 { 1 } else { 3 };
-    Ok(Image { width: layout.width, height: layout.height, channels, data, encoding: ImageEncoding::Float })
 }
 
 /// Converts the samples of one channel in one line.
@@ -124,7 +166,7 @@ fn locate_blocks<'a>(
     if table.0.len() / 8 < columns * rows {
         return Err(broken("the file is too short for its number of blocks"));
     }
-    let mut blocks = Vec::with_capacity(columns * rows);
+    let mut blocks = Vec::new();
     for row in 0..rows {
         for column in 0..columns {
             let offset = usize::try_from(table.u64()?).map_err(broken)?;
@@ -135,7 +177,7 @@ fn locate_blocks<'a>(
                 let place = [block.i32()?, block.i32()?, block.i32()?, block.i32()?];
                 place.map(i64::from) == [column as i64, row as i64, 0, 0]
             } else {
-                i64::from(block.i32()?) == layout.first_row + i64::from(section.position.y())
+                i64::from(block.i32()?) == layout.data.top + i64::from(section.position.y())
             };
             if !placed {
                 return Err(broken("the offset table does not lead to its blocks"));
@@ -146,7 +188,10 @@ fn locate_blocks<'a>(
             if stored.is_empty() || stored.len() > layout.bytes_per_texel * section.size.area() {
                 return Err(broken("a block has an impossible size"));
             }
-            blocks.push((section, stored));
+            // What the picture does not show is not unpacked.
+            if layout.shown(section).iter().all(|(_, shown)| !shown.is_empty()) {
+                blocks.push((section, stored));
+            }
         }
     }
     Ok(blocks)

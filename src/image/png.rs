@@ -1,16 +1,19 @@
-//! PNG: a walk over the chunks that keeps the four that hold the picture, then the decoder.
+//! PNG: a walk over the chunks that keeps those that the decoder is to see, then the decoder.
+
+mod chunks;
+mod profile;
 
 use std::io::Cursor;
 
 use image::codecs::png::PngDecoder;
 use image::{ColorType, ImageDecoder as _, Limits};
 
-use super::{Image, ImageEncoding, ImageError, ImageLimits};
+use super::{Image, ImageEncoding, ImageError, ImageLimits, WrongTexels};
 
 /// First bytes of every PNG file.
 pub(super) const SIGNATURE: [u8; 8] = *b"\x89PNG\r\n\x1a\n";
 
-/// Working memory of the decoder besides the texels, in bytes: a few rows and the inflate window.
+/// Working memory of the decoder besides the texels, in bytes: a few rows, the inflate window and a colour profile.
 const WORKING_MEMORY: u64 = 16 << 20;
 
 fn broken(reason: impl ToString) -> ImageError {
@@ -20,44 +23,60 @@ fn broken(reason: impl ToString) -> ImageError {
 /// Decodes a PNG file; see [`super::decode`].
 pub(super) fn decode(bytes: &[u8], limits: &ImageLimits) -> Result<Image, ImageError> {
     let (width, height) = dimensions(bytes, limits)?;
-    let picture = picture_chunks(bytes)?;
+    let (picture, statements) = chunks::read(bytes)?;
+    if let Some(turned) = statements.turned() {
+        return Err(broken(format!("the picture is to be shown turned or mirrored ({turned}, eXIf): save it upright")));
+    }
 
     let mut decoder_limits = Limits::no_limits();
     decoder_limits.max_image_width = Some(width);
     decoder_limits.max_image_height = Some(height);
     decoder_limits.max_alloc = Some(WORKING_MEMORY);
-    let decoder = PngDecoder::with_limits(Cursor::new(picture), decoder_limits).map_err(broken)?;
+    let mut decoder = PngDecoder::with_limits(Cursor::new(picture), decoder_limits).map_err(broken)?;
     if decoder.dimensions() != (width, height) {
         return Err(broken("the header is inconsistent"));
     }
     let color = decoder.color_type();
     let size = usize::try_from(decoder.total_bytes()).map_err(broken)?;
+    let profile = decoder.icc_profile().map_err(broken)?;
     let mut samples = vec![0_u8; size];
     decoder.read_image(&mut samples).map_err(broken)?;
 
-    let (stored, used) = match color {
-        ColorType::L8 | ColorType::L16 => (1, 1),
-        ColorType::La8 | ColorType::La16 => (2, 1),
-        ColorType::Rgb8 | ColorType::Rgb16 => (3, 3),
-        ColorType::Rgba8 | ColorType::Rgba16 => (4, 3),
+    let (channels, has_alpha) = match color {
+        ColorType::L8 | ColorType::L16 => (1, false),
+        ColorType::La8 | ColorType::La16 => (1, true),
+        ColorType::Rgb8 | ColorType::Rgb16 => (3, false),
+        ColorType::Rgba8 | ColorType::Rgba16 => (3, true),
         other => {
             return Err(broken(format!("the colour type {other:?} is not supported")));
         }
     };
-    let texels = samples.len() / usize::from(color.bytes_per_pixel());
-    let mut data = Vec::with_capacity(texels * used);
-    if usize::from(color.bytes_per_pixel()) == stored {
-        for texel in samples.chunks_exact(stored) {
-            data.extend(texel.iter().take(used).map(|&value| f32::from(value) / 255.0));
-        }
+    let stored = usize::from(color.channel_count());
+    let data = if usize::from(color.bytes_per_pixel()) == stored {
+        samples_of(&samples, stored, channels, has_alpha, width, |&value| f32::from(value) / 255.0)
     } else {
         let (pairs, _) = samples.as_chunks::<2>();
-        for texel in pairs.chunks_exact(stored) {
-            data.extend(texel.iter().take(used).map(|&pair| f32::from(u16::from_ne_bytes(pair)) / 65535.0));
-        }
+        let value = |&pair: &[u8; 2]| f32::from(u16::from_ne_bytes(pair)) / 65535.0;
+        samples_of(pairs, stored, channels, has_alpha, width, value)
+    }?;
+    let image = Image::new(width, height, channels as u32, data, ImageEncoding::Integer)?;
+    Ok(image.with_colour(statements.colour(profile.as_deref(), channels)))
+}
+
+/// Texels without their alpha, which has to be 1.
+fn samples_of<T>(
+    samples: &[T],
+    stored: usize,
+    channels: usize,
+    has_alpha: bool,
+    width: u32,
+    value: impl Fn(&T) -> f32,
+) -> Result<Vec<f32>, ImageError> {
+    let alphas = samples.chunks_exact(stored).map(|texel| texel.last().map(&value).filter(|alpha| *alpha != 1.0));
+    if let Some(wrong) = has_alpha.then(|| WrongTexels::among(alphas, width)).flatten() {
+        return Err(ImageError::Transparent(wrong));
     }
-    let channels = if used == 1 { 1 } else { 3 };
-    Ok(Image { width, height, channels, data, encoding: ImageEncoding::Integer })
+    Ok(samples.chunks_exact(stored).flat_map(|texel| texel.iter().take(channels).map(&value)).collect())
 }
 
 /// The size that the header claims, if it is within the limits.
@@ -68,35 +87,6 @@ fn dimensions(bytes: &[u8], limits: &ImageLimits) -> Result<(u32, u32), ImageErr
         .filter(|header| header.starts_with(b"\0\0\0\x0dIHDR"))
         .ok_or_else(|| broken("the header chunk is missing"))?;
     let [.., w0, w1, w2, w3, h0, h1, h2, h3] = *header;
-    limits.check(u64::from(u32::from_be_bytes([w0, w1, w2, w3])), u64::from(u32::from_be_bytes([h0, h1, h2, h3])))
-}
-
-/// The file without its ancillary chunks. Colour profiles and texts are compressed apart and may inflate to gigabytes,
-/// animation chunks change what the first frame is, and none of them changes the samples.
-fn picture_chunks(bytes: &[u8]) -> Result<Vec<u8>, ImageError> {
-    let mut kept = SIGNATURE.to_vec();
-    let mut rest = bytes.get(SIGNATURE.len()..).unwrap_or_default();
-    loop {
-        let Some((&[l0, l1, l2, l3, k0, k1, k2, k3], _)) = rest.split_first_chunk::<8>() else {
-            return Err(broken("the file ends before its last chunk"));
-        };
-        // Length, kind and checksum take 12 bytes around the content.
-        let whole = u64::from(u32::from_be_bytes([l0, l1, l2, l3])) + 12;
-        let Some((chunk, after)) = usize::try_from(whole).ok().and_then(|whole| rest.split_at_checked(whole)) else {
-            return Err(broken("the file ends within a chunk"));
-        };
-        rest = after;
-        match &[k0, k1, k2, k3] {
-            b"IHDR" | b"PLTE" | b"IDAT" => kept.extend_from_slice(chunk),
-            b"IEND" => {
-                kept.extend_from_slice(chunk);
-                return Ok(kept);
-            }
-            // A capital first letter marks what a reader must understand.
-            kind if kind[0].is_ascii_uppercase() => {
-                return Err(broken(format!("the chunk {} is not supported", kind.escape_ascii())));
-            }
-            _ => {}
-        }
-    }
+    let [width, height] = [[w0, w1, w2, w3], [h0, h1, h2, h3]].map(|bytes| u64::from(u32::from_be_bytes(bytes)));
+    limits.check("the image", width, height)
 }

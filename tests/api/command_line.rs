@@ -3,12 +3,12 @@
 use std::path::Path;
 use std::process::Output;
 
-use exr::prelude::{FlatImage, ReadChannels as _, ReadLayers as _};
+use exr::prelude::{FlatImage, FlatSamples, ReadChannels as _, ReadLayers as _};
 use serde_json::{Value, json};
 use tempfile::TempDir;
 
 use crate::harness::{NO_DRIVER, common, program, scene};
-use crate::images::ramp;
+use crate::images::{exr, ramp};
 
 fn folder_with(scene: &Value) -> TempDir {
     let folder = tempfile::tempdir().unwrap();
@@ -72,6 +72,30 @@ fn an_image_may_be_a_path_beside_the_scene() {
     let (status, told) = code(&skyloom(folder.path(), &["render", "scene.json", "shadow.f32"]));
     assert_eq!(status, 2);
     assert!(told.contains("/layers/0/thickness/image: "), "{told}");
+}
+
+#[test]
+fn images_are_checked_where_they_are_used() {
+    let mut mapped = scene();
+    mapped["layers"][0]["thickness"] = json!({ "kind": "image", "image": "map.exr", "scale_m": 1 });
+    let folder = folder_with(&mapped);
+    let write = |samples: [f32; 4]| {
+        std::fs::write(folder.path().join("map.exr"), exr(2, FlatSamples::F32(samples.to_vec()))).unwrap();
+    };
+    for arguments in [&["check", "scene.json"][..], &["render", "scene.json", "thickness.f32", "--size=2", "-o", "-"]] {
+        write([100.0, -1.0, 50.0, 200_000.0]);
+        let (status, told) = code(&skyloom(folder.path(), arguments));
+        assert_eq!(status, 2, "{told}");
+        assert!(told.starts_with("/layers/0/thickness/image: ") && told.contains("2 of 4 texels"), "{told}");
+        write([100.0, 9999.0, 9999.0, 0.0]);
+        let (status, told) = code(&skyloom(folder.path(), arguments));
+        assert_eq!(status, 0, "{told}");
+        assert!(told.contains("note: /layers/0/thickness/image: 2 texels have exactly 9999"), "{told}");
+    }
+    // An image that a server may have is no fault of the scene's.
+    mapped["layers"][0]["thickness"]["image"] = json!("0".repeat(64));
+    let folder = folder_with(&mapped);
+    assert_eq!(code(&skyloom(folder.path(), &["check", "scene.json"])), (0, String::new()));
 }
 
 #[test]

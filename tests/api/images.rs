@@ -94,12 +94,58 @@ fn a_scene_naming_an_unknown_image_is_refused_with_its_pointer() {
 fn a_scene_with_an_uploaded_image_is_rendered() {
     let common = common();
     let name = common.server.post_image("image/png", &ramp(32)).json()["sha256"].clone();
-    let mut mapped = scene();
-    mapped["layers"][0]["thickness"] = json!({ "kind": "image", "image": name, "scale_m": 500 });
-    let sky = common.server.sky(&mapped);
+    let sky = common.server.sky(&mapped(&name, 500.0));
     let answer = common.server.get(&format!("{sky}/thickness.f32?size=16"));
     assert_eq!(answer.status, 200, "{}", answer.text());
     assert_eq!(answer.header("x-skyloom-shape"), "16,16,1");
+}
+
+/// A scene whose thickness is an image.
+fn mapped(image: &Value, scale_m: f64) -> Value {
+    let mut mapped = scene();
+    mapped["layers"][0]["thickness"] = json!({ "kind": "image", "image": image, "scale_m": scale_m });
+    mapped
+}
+
+#[test]
+fn values_that_are_no_numbers_are_refused_at_upload_with_their_place() {
+    let common = common();
+    let mut samples = samples(8);
+    samples[11] = f32::NAN;
+    let problem = common.server.post_image("image/x-exr", &exr(8, FlatSamples::F32(samples))).problem(400);
+    let detail = problem["detail"].as_str().unwrap();
+    assert!(detail.contains("1 of 64 texels") && detail.contains("column 3, row 1"), "{detail}");
+}
+
+#[test]
+fn a_scene_whose_images_hold_what_its_fields_do_not_allow_is_refused_with_the_pointer() {
+    let common = common();
+    let stored = |samples: Vec<f32>| {
+        common.server.post_image("image/x-exr", &exr(8, FlatSamples::F32(samples))).json()["sha256"].clone()
+    };
+    let mut filled = samples(8);
+    filled[20] = -9999.0;
+    let image = stored(filled);
+    let answer = common.server.post_scene(mapped(&image, 500.0).to_string().as_bytes());
+    answer.names(422, "/layers/0/thickness/image");
+    assert!(answer.text().contains("1 of 64 texels"), "{}", answer.text());
+    let mut ground = scene();
+    ground["ground"] = json!({ "albedo": { "image": stored(vec![20.0; 64]) } });
+    common.server.post_scene(ground.to_string().as_bytes()).names(422, "/ground/albedo/image");
+    common.server.goes_on();
+}
+
+#[test]
+fn what_an_image_may_not_mean_is_noted() {
+    let common = common();
+    let mut filled: Vec<f32> = samples(8).into_iter().map(|sample| 100.0 * sample).collect();
+    filled[20..25].fill(32767.0);
+    let image = common.server.post_image("image/x-exr", &exr(8, FlatSamples::F32(filled))).json()["sha256"].clone();
+    let answer = common.server.post_scene(mapped(&image, 1.0).to_string().as_bytes());
+    assert_eq!(answer.status, 201, "{}", answer.text());
+    let notes = answer.json()["notes"].clone();
+    assert_eq!(notes[0]["pointer"], "/layers/0/thickness/image");
+    assert!(notes[0]["detail"].as_str().unwrap().contains("5 texels have exactly 32767"), "{notes}");
 }
 
 /// Samples of a map from 0 to 1: nothing in some places, and no two neighbours alike.
@@ -123,7 +169,7 @@ where
     bytes.into_inner()
 }
 
-fn exr(side: u32, samples: FlatSamples) -> Vec<u8> {
+pub(crate) fn exr(side: u32, samples: FlatSamples) -> Vec<u8> {
     let mut bytes = Cursor::new(Vec::new());
     let channels = AnyChannels::sort([AnyChannel::new("R", samples)].into_iter().collect());
     let size = Vec2(side as usize, side as usize);
@@ -150,8 +196,7 @@ fn files(side: u32) -> [(&'static str, &'static str, Vec<u8>, Vec<f32>); 4] {
 
 /// Thickness of a scene that takes it from an image, at the image's own size.
 fn thickness(common: &Common, image: &Value, side: u32, wind: &Value, time: f64) -> Vec<f32> {
-    let mut mapped = scene();
-    mapped["layers"][0]["thickness"] = json!({ "kind": "image", "image": image, "scale_m": 500 });
+    let mut mapped = mapped(image, 500.0);
     mapped["layers"][0]["wind"] = wind.clone();
     let sky = common.server.sky(&mapped);
     let answer = common.server.get(&format!("{sky}/thickness.f32?size={side}&time={time}"));

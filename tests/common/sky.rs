@@ -42,7 +42,7 @@ impl Sky {
     pub(crate) fn add_image(&mut self, width: u32, height: u32, data: Vec<f32>) -> String {
         let bytes: Vec<u8> = data.iter().flat_map(|value| value.to_le_bytes()).collect();
         let name = sha256_hex(&bytes);
-        let image = Image { width, height, channels: 1, data, encoding: ImageEncoding::Float };
+        let image = Image::new(width, height, 1, data, ImageEncoding::Float).expect("an image");
         self.images.insert(name.clone(), Arc::new(image));
         name
     }

@@ -93,7 +93,7 @@ fn wave_image(width: u32, height: u32) -> (String, Arc<Image>) {
     };
     let data: Vec<f32> = (0..width * height).map(sample).collect();
     let name = sha256_hex(&data.iter().flat_map(|value| value.to_le_bytes()).collect::<Vec<_>>());
-    (name, Arc::new(Image { width, height, channels: 1, data, encoding: ImageEncoding::Float }))
+    (name, Arc::new(Image::new(width, height, 1, data, ImageEncoding::Float).unwrap()))
 }
 
 static LIBRARY: LazyLock<TableLibrary> = LazyLock::new(|| TableLibrary::new(None));

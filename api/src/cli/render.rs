@@ -15,7 +15,7 @@ use skyloom::scene::Scene;
 use skyloom::store::{Folder, Store};
 use skyloom::tables::TableLibrary;
 
-use super::{Fault, read, to_stdout};
+use super::{Fault, read, tell, to_stdout};
 use crate::config::Limits;
 use crate::files;
 
@@ -141,7 +141,7 @@ pub(super) fn scene_path(options: &ArgMatches) -> Result<&Path, Fault> {
     path.map(PathBuf::as_path).ok_or_else(|| Fault::Usage("which scene?".to_owned()))
 }
 
-/// Reads a scene and the images that it names by path.
+/// Reads a scene and the images that it names by path, which have to hold what the scene takes them for.
 pub(super) fn read_scene(path: &Path, unknown: Unknown) -> Result<(Scene, Images), Fault> {
     let text = read(path).map_err(|error| Fault::Usage(format!("{}: {error}", path.display())))?;
     let folder = path.parent().unwrap_or(Path::new(""));
@@ -166,6 +166,16 @@ pub(super) fn read_scene(path: &Path, unknown: Unknown) -> Result<(Scene, Images
         Ok(sha256)
     };
     let scene = Scene::with_image_names(&text, &mut resolve)?;
+    let mut found = scene.check_images(&images);
+    if unknown == Unknown::Kept {
+        let absent: Vec<_> =
+            scene.image_references().into_iter().filter(|reference| !images.contains_key(&reference.sha256)).collect();
+        found.errors.retain(|error| absent.iter().all(|reference| reference.pointer != error.pointer));
+    }
+    if !found.errors.is_empty() {
+        return Err(Fault::fields(&found.errors));
+    }
+    tell(&found.notes);
     Ok((scene, images))
 }
 
