@@ -23,8 +23,8 @@ mod truth;
 mod validity;
 
 use crate::gpu::GpuError;
-use crate::reference::monte_carlo::MonteCarloError;
 use crate::job::RenderError;
+use crate::reference::monte_carlo::MonteCarloError;
 use crate::request::RequestError;
 use crate::scene::SceneError;
 use crate::tables::{TableError, TableLibrary};

@@ -70,11 +70,8 @@ pub(crate) fn view(moment: &Moment, wanted: &Wanted, size: [u32; 2]) -> View {
         Some(Component::Diffuse { .. }) => 2,
     };
     let Some(Projection::Plane(plane)) = wanted.projection() else { return View { part, ..whole } };
-    let view = View {
-        from_above: (plane.side == Side::Above).into(),
-        plane_m: moment.plane_m(plane.side) as f32,
-        ..whole
-    };
+    let view =
+        View { from_above: (plane.side == Side::Above).into(), plane_m: moment.plane_m(plane.side) as f32, ..whole };
     match plane.viewer {
         Viewer::At(eye) => View { perspective: 1, eye: single(eye), ..view },
         Viewer::Parallel { .. } => View { towards: single(plane.towards().unwrap_or([0.0; 3])), ..view },

@@ -11,9 +11,9 @@ mod self_test;
 pub mod shaders;
 
 pub use adapter::{AdapterSummary, adapters};
-pub use resources::HostMap;
 pub use pass::PassRecord;
 pub(crate) use pass::{Bind, Pass, binds};
+pub use resources::HostMap;
 pub(crate) use resources::Target;
 
 use pass::Recording;
@@ -124,7 +124,8 @@ impl Gpu {
         let repeat = sampler("repeat", wgpu::AddressMode::Repeat, filtering);
         let clamp = sampler("clamp", wgpu::AddressMode::ClampToEdge, filtering);
         let linear = sampler("linear", wgpu::AddressMode::ClampToEdge, true);
-        let gpu = Self { device, queue, summary, kernels, repeat, clamp, linear, recording: Recording::default(), failure };
+        let gpu =
+            Self { device, queue, summary, kernels, repeat, clamp, linear, recording: Recording::default(), failure };
         gpu.check()?;
         self_test::run(&gpu)?;
         Ok(gpu)

@@ -80,7 +80,8 @@ fn layer(job: &Job, number: usize, field: &Field, light: &Illumination) -> (Laye
     let (scene, tables) = (job.scene(), &job.tables()[number]);
     let layer = &scene.layers[number];
     let channels = &tables.channels;
-    let extinction_per_m = layer.droplets.extinction_per_m(channels.each_ref().map(|channel| channel.cross_section_um2));
+    let extinction_per_m =
+        layer.droplets.extinction_per_m(channels.each_ref().map(|channel| channel.cross_section_um2));
     let by_channel = |value: &dyn Fn(usize) -> f64| [value(0), value(1), value(2)];
     let smooth = |c: usize| without_peak(&channels[c], &tables.phases[c]);
     let (extent_m, base_m, depth_m) = (scene.extent_m(), layer.base_m.get(), f64::from(field.depth_m));

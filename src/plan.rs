@@ -5,7 +5,7 @@
 //! or its finest where none does; [`expected_error`] tells what they come to together.
 
 use crate::field;
-use crate::request::{Method, Reference, Request, TextureKind, Transport};
+use crate::request::{Method, Reference, Request, Transport};
 use crate::scene::quantity::Quantity as _;
 use crate::scene::{GroundAlbedo, Layer, Scene, Thickness};
 use crate::tables::Detail;
@@ -143,7 +143,7 @@ impl Plan {
         };
         Self {
             tolerance,
-            slab: (request.texture() == TextureKind::Cloud).then_some(slab),
+            slab: request.texture().needs().slab.then_some(slab),
             reference: request.wanted.reference(),
             transport: request.wanted.transport().unwrap_or(if tolerance >= ONE_MARCH {
                 Transport::Tilted
@@ -189,8 +189,8 @@ impl Plan {
             };
             add("field", choice, reason.to_owned(), 0.0);
         }
-        let texture = request.texture();
-        if self.reference.is_some() && matches!(texture, TextureKind::Shadow | TextureKind::Irradiance) {
+        let needs = request.texture().needs();
+        if self.reference.is_some() && needs.ground_sun {
             let choice = "reference (Monte Carlo in three dimensions)".to_owned();
             add("light", choice, "asked for".to_owned(), 0.5 * self.tolerance);
             return choices;
@@ -201,7 +201,7 @@ impl Plan {
             false => ("cut at every texel: exact up to 1024 cuts", 0.001),
         };
         add("march", march.to_owned(), "optical depth along sun and view rays".to_owned(), error);
-        if matches!(texture, TextureKind::Cloud | TextureKind::Irradiance) {
+        if needs.light {
             let dark =
                 matches!(&scene.ground.albedo, GroundAlbedo::Uniform(albedo) if albedo.iter().all(|a| a.get() == 0.0));
             let even = uniform && matches!(scene.ground.albedo, GroundAlbedo::Uniform(_));

@@ -20,7 +20,6 @@ use crate::request::{Cloud, Format, Method, Request, TextureKind, Wanted};
 use crate::scene::Scene;
 use crate::tables::TableLibrary;
 use pipeline::{Clock, Keep, Pipeline, Texels, drawn};
-use std::f64::consts::PI;
 use std::sync::Arc;
 
 /// How a renderer is opened.
@@ -79,7 +78,8 @@ impl Renderer {
         if let Wanted::Cloud(cloud) = requests[0].wanted {
             // The smallest tables will do.
             let by = |method| Wanted::Cloud(Cloud { method: Some(method), tolerance: 1.0, ..cloud });
-            let clouds = [Method::Analytic, Method::Tabulated].map(|method| Request { wanted: by(method), ..requests[0] });
+            let clouds =
+                [Method::Analytic, Method::Tabulated].map(|method| Request { wanted: by(method), ..requests[0] });
             requests.splice(..1, clouds);
         }
         for request in requests {
@@ -113,7 +113,8 @@ impl Renderer {
         let channels = request.texture().channels();
         request.output.finish(width, channels, &mut data, standard_error.as_deref_mut())?;
         self.pipeline.gpu.check()?;
-        let white = white(request.texture(), &illumination, deepest_m);
+        let brightest = illumination.total().into_iter().fold(0.0, f64::max);
+        let white = request.texture().white(brightest, deepest_m.into()) as f32;
         Ok(Texture { width, height, channels, data, standard_error, white, plane_m, timings: clock.timings })
     }
 
@@ -131,17 +132,4 @@ impl Renderer {
         let passes = self.pipeline.gpu.recording.end();
         stages::read(&mut self.pipeline, job, watch, run?, passes)
     }
-}
-
-/// White of a picture of light: twice a white, diffuse surface above the clouds under the scene's light, so that the glare of
-/// a low sun and silver linings keep their shape. Of thickness: the deepest cloud.
-fn white(texture: TextureKind, light: &Illumination, deepest_m: f32) -> f32 {
-    let irradiance = 2.0 * light.total().into_iter().fold(0.0, f64::max);
-    let white = match texture {
-        TextureKind::Cloud => irradiance / PI,
-        TextureKind::Irradiance => irradiance,
-        TextureKind::Shadow => 1.0,
-        TextureKind::Thickness => f64::from(deepest_m).max(1.0),
-    };
-    if white > 0.0 { white as f32 } else { 1.0 }
 }

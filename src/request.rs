@@ -12,7 +12,7 @@ pub use crate::encode::Format;
 pub use crate::projection::{Plane, Projection, Side, Viewer};
 pub use method::{Method, Reference, Transport};
 pub use parameters::{QUERY_PARAMETERS, QueryParameter};
-pub use wanted::{Cloud, Component, GroundLight, Irradiance, Shadow, TextureKind, Wanted};
+pub use wanted::{Cloud, Component, GroundLight, Irradiance, Needs, Shadow, TextureKind, Wanted};
 
 use crate::encode::Output;
 use crate::scene::{FieldError, Scene};
@@ -36,10 +36,10 @@ pub struct Request {
 #[non_exhaustive]
 pub enum RequestError {
     /// No texture of that name.
-    #[error("no texture \"{0}\"; there are cloud, shadow, irradiance, thickness")]
+    #[error("no texture \"{0}\"; there are {names}", names = TextureKind::names())]
     UnknownTexture(String),
     /// No format of that extension.
-    #[error("no format \"{0}\"; there are exr, png, f32")]
+    #[error("no format \"{0}\"; there are {names}", names = Format::ALL.map(Format::extension).join(", "))]
     UnknownFormat(String),
     /// Wrong parameters; all of them are listed.
     #[error("{}", crate::scene::list(.0))]
@@ -95,7 +95,9 @@ impl Request {
     pub fn to_query(&self) -> Vec<(&'static str, String)> {
         let defaults = Self::new(self.texture(), self.format());
         let written = QUERY_PARAMETERS.iter().map(|p| (p.name, (p.write)(self), (p.write)(&defaults)));
-        written.filter_map(|(name, value, default)| Some((name, value.filter(|value| Some(value) != default.as_ref())?))).collect()
+        written
+            .filter_map(|(name, value, default)| Some((name, value.filter(|value| Some(value) != default.as_ref())?)))
+            .collect()
     }
 
     /// The kind of texture.
@@ -152,7 +154,7 @@ impl Request {
             _ => {}
         }
         if self.wanted.reference().is_some() {
-            if self.texture() == TextureKind::Cloud && count > 1 {
+            if self.texture().needs().slab && count > 1 {
                 let detail = format!(
                     "reference traces the cloud of a single layer; the scene has {count}; allowed: tabulated, analytic"
                 );

@@ -73,11 +73,6 @@ fn early(what: &str) -> GpuError {
     GpuError::Failed(format!("{what} was shaded before its light"))
 }
 
-/// Whether a texture is made from what the layers leave of the beam on the ground.
-pub(crate) fn is_on_the_ground(texture: TextureKind) -> bool {
-    matches!(texture, TextureKind::Shadow | TextureKind::Irradiance)
-}
-
 /// Makes one band of a texture: `view.rows` rows from `view.first_row`. `sun` is that of the band, for textures on the ground.
 pub(crate) fn band(
     gpu: &Gpu,

@@ -99,9 +99,7 @@ impl HostSlice {
             let texel = |i: usize| [channels[0][i], channels[1][i], channels[2][i], 0.0].map(f16::from_f32);
             (0..channels[0].len()).flat_map(texel).collect()
         };
-        let constant = |value: fn(&Scaling) -> f64| {
-            tables.each_ref().map(|table| value(table.scaling()) as f32)
-        };
+        let constant = |value: fn(&Scaling) -> f64| tables.each_ref().map(|table| value(table.scaling()) as f32);
         let remainder = Remainder {
             depth_scale: constant(|scaling| scaling.depth_scale),
             order1_albedo: constant(|scaling| scaling.order1_albedo),

@@ -7,8 +7,8 @@
 use naga::valid::{Capabilities, ValidationFlags, Validator};
 use naga::{Expression, Literal, Module, ShaderStage, TypeInner};
 use skyloom::gpu::layout::{
-    self, Blend, Blur, Cells, Eddies, Frame, Histogram, Medium, Octaves, Placement, Remainder, Share, Step, Sun, SunMaps,
-    Transfer, View,
+    self, Blend, Blur, Cells, Eddies, Frame, Histogram, Medium, Octaves, Placement, Remainder, Share, Step, Sun,
+    SunMaps, Transfer, View,
 };
 use skyloom::gpu::shaders::{self, Shader};
 use skyloom::slab::fluxes;
@@ -58,19 +58,7 @@ fn host_layouts() -> Vec<(&'static str, Layout)> {
         host_layout!(Placement { offset_uv, shift_uv, above_uv, extent_m, base_m, depth_m, max_steps, spare }),
         host_layout!(SunMaps { sample_at, texels, columns }),
         host_layout!(Frame { sun, medium, place, maps }),
-        host_layout!(View {
-            towards,
-            perspective,
-            eye,
-            plane_m,
-            size,
-            first_row,
-            rows,
-            from_above,
-            part,
-            peak,
-            first,
-        }),
+        host_layout!(View { towards, perspective, eye, plane_m, size, first_row, rows, from_above, part, peak, first }),
         host_layout!(Blur { axis, radius, sharpness }),
         host_layout!(Share { entry_scale, entry_weight, reflect_scale, spare }),
         host_layout!(Remainder {
@@ -201,7 +189,8 @@ fn a_swap_in_the_real_text_is_seen() {
     let swapped =
         source.replace("base_m: f32", "@@").replace("depth_m: f32", "base_m: f32").replace("@@", "depth_m: f32");
     assert_ne!(source, swapped);
-    let (_, host) = host_layout!(Placement { offset_uv, shift_uv, above_uv, extent_m, base_m, depth_m, max_steps, spare });
+    let (_, host) =
+        host_layout!(Placement { offset_uv, shift_uv, above_uv, extent_m, base_m, depth_m, max_steps, spare });
     assert_ne!(wgsl_layout(&parse(&swapped), "Placement"), host);
 }
 

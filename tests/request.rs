@@ -85,9 +85,8 @@ fn different_replies_have_different_queries() {
 /// What a scene gives anyway is left out.
 #[test]
 fn the_normal_form_knows_the_scene() {
-    let of = |file: &str, query: &[(&str, &str)], layers| {
-        text(&parse(file, query).unwrap().of(&scene(layers)).unwrap())
-    };
+    let of =
+        |file: &str, query: &[(&str, &str)], layers| text(&parse(file, query).unwrap().of(&scene(layers)).unwrap());
     assert_eq!(of("cloud.f32", &[("size", "64")], 1), "cloud.f32?");
     assert_eq!(of("cloud.f32", &[("size", "65")], 1), "cloud.f32?size=65");
     assert_eq!(of("cloud.f32", &[("layer", "0")], 1), "cloud.f32?");
@@ -142,8 +141,19 @@ fn the_documents_have_the_table() {
 fn parameter() -> impl Strategy<Value = (String, String)> {
     let number = prop_oneof![Just(0.0), -400.0..400.0f64, 0.0..1.0f64, Just(-0.0), 1e-300..1e-290f64];
     let word = prop_oneof![
-        Just("above"), Just("direct"), Just("diffuse"), Just("false"), Just("straight"), Just("reference"),
-        Just("analytic"), Just("tabulated"), Just("tilted"), Just("linear"), Just("none"), Just("16"), Just("32"),
+        Just("above"),
+        Just("direct"),
+        Just("diffuse"),
+        Just("false"),
+        Just("straight"),
+        Just("reference"),
+        Just("analytic"),
+        Just("tabulated"),
+        Just("tilted"),
+        Just("linear"),
+        Just("none"),
+        Just("16"),
+        Just("32"),
     ];
     let value = prop_oneof![
         number.clone().prop_map(|number| number.to_string()),

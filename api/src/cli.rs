@@ -9,7 +9,7 @@ use std::process::ExitCode;
 
 use clap::{Arg, ArgAction, ArgMatches, Command, value_parser};
 use skyloom::chart::CHARTS;
-use skyloom::request::QUERY_PARAMETERS;
+use skyloom::request::{QUERY_PARAMETERS, TextureKind};
 use skyloom::scene::{FieldError, SceneError};
 
 use crate::config::Config;
@@ -168,7 +168,7 @@ fn render_command(scene: Arg) -> Command {
         .arg(
             Arg::new("TEXTURE.FORMAT")
                 .required(true)
-                .help("What to render: cloud, shadow, irradiance or thickness, as .exr, .png or .f32"),
+                .help(format!("What to render: {}, as .exr, .png or .f32", TextureKind::names())),
         )
         .arg(
             Arg::new("output")
@@ -211,7 +211,7 @@ fn film_command(scene: Arg) -> Command {
     let command = Command::new("film")
         .about("Renders a texture at many times: an animation (.gif), or a strip of pictures (.png)")
         .arg(scene)
-        .arg(Arg::new("TEXTURE").help("cloud, shadow, irradiance or thickness [default: cloud]"))
+        .arg(Arg::new("TEXTURE").help(format!("{} [default: cloud]", TextureKind::names())))
         .arg(number("every", "SECONDS").help("Time from frame to frame, of the scene [default: 10]"))
         .arg(
             Arg::new("count")

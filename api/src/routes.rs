@@ -11,6 +11,7 @@ use axum::response::{IntoResponse, Response};
 use axum::routing::{get, post};
 use axum::{Json, Router};
 use serde_json::{Value, json};
+use skyloom::request::TextureKind;
 use skyloom::scene::{FieldError, Scene};
 use skyloom::tables::TableLibrary;
 use tower_http::catch_panic::CatchPanicLayer;
@@ -128,19 +129,14 @@ async fn remove_sky(State(app): State<Arc<App>>, Path(id): Path<String>) -> Resu
 /// Id, normalised scene, links to its textures in the present version, and notes.
 fn describe(id: &str, scene: &Scene, notes: Vec<FieldError>) -> Value {
     let own = format!("/v1/skies/{id}");
-    let texture = |name: &str| version::link(&format!("{own}/{name}.exr"));
+    let mut links = json!({ "self": own, "plan": format!("{own}/plan"), "frames": format!("{own}/frames") });
+    for name in TextureKind::ALL.map(TextureKind::name) {
+        links[name] = json!(version::link(&format!("{own}/{name}.exr")));
+    }
     json!({
         "id": id,
         "version": *skyloom::VERSION,
-        "links": {
-            "self": own,
-            "cloud": texture("cloud"),
-            "shadow": texture("shadow"),
-            "irradiance": texture("irradiance"),
-            "thickness": texture("thickness"),
-            "plan": format!("{own}/plan"),
-            "frames": format!("{own}/frames"),
-        },
+        "links": links,
         "notes": field_problems(notes),
         "scene": scene.to_json(),
     })

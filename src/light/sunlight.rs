@@ -1,8 +1,8 @@
 //! The sun's light at base and top of each layer, on the device.
 
 use super::between::ColumnMaps;
-use super::plan::Grids;
 use super::inputs::{LayerInputs, LightInputs};
+use super::plan::Grids;
 use crate::gpu::layout::{Blur, Share};
 use crate::gpu::{Gpu, GpuError, HostMap, Pass, Target, binds, shaders};
 use std::time::Instant;

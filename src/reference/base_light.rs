@@ -47,7 +47,8 @@ pub(super) const SAMPLES: usize = 2;
 
 /// The places themselves.
 pub(super) fn samples(frame: &Frame, x: usize, y: usize) -> [DVec2; SAMPLES] {
-    let (middle, apart) = (texel_centre(x, y, [frame.maps.texels; 2]), vec2(frame.maps.sample_at) / f64::from(frame.maps.texels));
+    let (middle, apart) =
+        (texel_centre(x, y, [frame.maps.texels; 2]), vec2(frame.maps.sample_at) / f64::from(frame.maps.texels));
     let apart = if (x + y) % 2 == 1 { apart.yx() } else { apart };
     [middle + apart, middle - apart]
 }

@@ -2,8 +2,8 @@
 //! the same run.
 
 use super::file::check_eye;
-use super::keys::{BeamKey, FieldKey, LightKey, MixKey, SlabKey, SourceKey};
 use super::kept::Kept;
+use super::keys::{BeamKey, FieldKey, LightKey, MixKey, SlabKey, SourceKey};
 use crate::field::{self, Field, Source};
 use crate::frame;
 use crate::gpu::layout::{Frame, View};
@@ -13,7 +13,7 @@ use crate::job::{Job, RenderError, Watch};
 use crate::light::{self, Light, LightInputs, Lit};
 use crate::moment::Moment;
 use crate::plan::{SlabMethod, field_resolution};
-use crate::request::{Projection, Side, TextureKind};
+use crate::request::{Projection, Side};
 use crate::scene::Thickness;
 use crate::shade::{self, GroundSun, SlabLight};
 use crate::slice::{DeviceTables, HostTables};
@@ -129,15 +129,9 @@ impl Pipeline {
     }
 
     /// Makes the texels of a job whose scene has clouds.
-    pub(super) fn run(
-        &mut self,
-        job: &Job,
-        watch: &Watch,
-        keep: Keep,
-        clock: &mut Clock,
-    ) -> Result<Run, RenderError> {
+    pub(super) fn run(&mut self, job: &Job, watch: &Watch, keep: Keep, clock: &mut Clock) -> Result<Run, RenderError> {
         watch.look()?;
-        let (request, kind, all) = (job.request(), job.request().texture(), keep == Keep::Stages);
+        let (request, needs, all) = (job.request(), job.request().texture().needs(), keep == Keep::Stages);
         let fields = clock.time("field", || self.fields(job, watch))?;
         let moment = Moment::new(job, &fields);
         check_eye(job, |side| moment.plane_m(side))?;
@@ -155,14 +149,14 @@ impl Pipeline {
         };
         let (fields, moment) = (&run.fields, &run.moment);
         let reference = moment.plan.reference;
-        if let (Some(reference), true) = (reference, shade::is_on_the_ground(kind)) {
+        if let (Some(reference), true) = (reference, needs.ground_sun) {
             let thickness = fields.iter().map(|field| self.thickness(field, watch)).collect::<Result<Vec<_>, _>>()?;
             let trace = || traced::trace_ground(job, reference.seed, moment, &thickness, watch);
             run.texels = clock.time("reference", trace)?.into();
             return Ok(run);
         }
         watch.look()?;
-        if kind != TextureKind::Thickness || all {
+        if needs.light || needs.slab || needs.ground_sun || all {
             run.tables = clock.time("tables", || Ok::<_, RenderError>(self.tables(job, moment)))?;
         }
         let uniforms = |frames: &mut dyn Iterator<Item = Frame>| -> Vec<wgpu::Buffer> {
@@ -175,7 +169,7 @@ impl Pipeline {
             None => lit_by.clone(),
         };
         let mut light = None;
-        if matches!(kind, TextureKind::Cloud | TextureKind::Irradiance) || all {
+        if needs.light || all {
             let make = || self.light(job, watch, &run, &lit_by, keep);
             let (made, lit) = clock.time("light", make)?;
             light = Some(made);
@@ -199,11 +193,10 @@ impl Pipeline {
         let shading = Shading { job, moment: &run.moment, inputs, view: &run.view, watch };
         let mut data = clock.time("shade", || bands(&self.gpu, &mut self.beams, &shading))?;
         let mut standard_error = None;
-        if let Some(reference) = reference.filter(|_| kind == TextureKind::Cloud) {
+        if let Some(reference) = reference.filter(|_| needs.slab) {
             let thickness = self.thickness(&run.fields[0], watch)?;
-            let trace = || {
-                traced::add_sunlight(job, reference.seed, &run.frames[0], &run.view, &thickness, &mut data, watch)
-            };
+            let trace =
+                || traced::add_sunlight(job, reference.seed, &run.frames[0], &run.view, &thickness, &mut data, watch);
             standard_error = Some(clock.time("reference", trace)?);
         }
         run.texels = Texels { data, standard_error };
@@ -312,17 +305,16 @@ fn lit(gpu: &Gpu, job: &Job, watch: &Watch, run: &Run, frames: &[wgpu::Buffer]) 
 }
 
 /// Shades a texture in bands, so that a request can be dropped between them.
-fn bands(
-    gpu: &Gpu,
-    beams: &mut Kept<BeamKey, Arc<GroundSun>>,
-    shading: &Shading<'_>,
-) -> Result<Vec<f32>, RenderError> {
+fn bands(gpu: &Gpu, beams: &mut Kept<BeamKey, Arc<GroundSun>>, shading: &Shading<'_>) -> Result<Vec<f32>, RenderError> {
     let Shading { job, moment, inputs, view, watch } = shading;
     let (kind, wanted) = (job.request().texture(), &job.request().wanted);
-    let cuts = match kind {
-        TextureKind::Thickness => 1.0,
-        TextureKind::Shadow | TextureKind::Irradiance => moment.sun_cuts(),
-        TextureKind::Cloud => moment.view_cuts(wanted.projection().and_then(|projection| projection.plane().towards())),
+    let needs = kind.needs();
+    let cuts = if needs.ground_sun {
+        moment.sun_cuts()
+    } else if needs.slab {
+        moment.view_cuts(wanted.projection().and_then(|projection| projection.plane().towards()))
+    } else {
+        1.0
     };
     let [across, down] = view.size;
     let rows = shade::band_rows(view.size, cuts);
@@ -331,7 +323,7 @@ fn bands(
         watch.look()?;
         let band = View { first_row, rows: rows.min(down - first_row), ..**view };
         let make = || Ok::<_, RenderError>(Arc::new(shade::ground_sun(gpu, inputs, &band, watch.deadline)?));
-        let sun = match shade::is_on_the_ground(kind) {
+        let sun = match needs.ground_sun {
             // Bands of larger textures would only push each other out.
             true if rows == down => Some(beams.get_or(BeamKey::new(job, moment, view.size), make)?),
             true => Some(make()?),

@@ -56,7 +56,7 @@ pub const QUERY_PARAMETERS: &[QueryParameter] = &[
         name: "direction",
         values: "ZENITH,AZIMUTH (0 to 89.9, -360 to 360)",
         default: "0,0",
-        meaning: "towards the viewer, degrees: a parallel view",
+        meaning: "towards the viewer, degrees: a parallel view; for `below` the zenith angle is measured from straight down",
         read: |given, text| {
             let (zenith, azimuth) = text.split_once(',')?;
             let (zenith_deg, azimuth_deg) = (number(zenith, 0.0, 89.9)?, number(azimuth, -360.0, 360.0)?);
@@ -104,7 +104,7 @@ pub const QUERY_PARAMETERS: &[QueryParameter] = &[
         name: "alpha",
         values: "premultiplied | straight",
         default: "premultiplied",
-        meaning: "how colour goes with alpha",
+        meaning: "how colour goes with alpha; a PNG is always straight",
         read: |given, text| set(&mut given.alpha, word(text, &Alpha::ALL)),
         write: |request| Some(request.output.linear().alpha.name().to_owned()),
     },
@@ -120,7 +120,7 @@ pub const QUERY_PARAMETERS: &[QueryParameter] = &[
         name: "method",
         values: "tabulated | analytic | reference",
         default: "by tolerance",
-        meaning: "how slab light is computed",
+        meaning: "how slab light is computed; reference (Monte Carlo) is for the command line",
         read: |given, text| set(&mut given.method, Some(Some(word(text, &Method::ALL)?))),
         write: |request| Some(request.wanted.method()?.name().to_owned()),
     },
@@ -138,7 +138,9 @@ pub const QUERY_PARAMETERS: &[QueryParameter] = &[
         default: "1",
         meaning: "random numbers of method reference: other seeds give other noise",
         read: |given, text| set(&mut given.seed, text.parse().ok()),
-        write: |request| Some(request.wanted.reference().map_or(Reference::SEED, |reference| reference.seed).to_string()),
+        write: |request| {
+            Some(request.wanted.reference().map_or(Reference::SEED, |reference| reference.seed).to_string())
+        },
     },
     QueryParameter {
         name: "layer",
@@ -155,7 +157,7 @@ pub const QUERY_PARAMETERS: &[QueryParameter] = &[
         name: "scale",
         values: "1e-6 to 1e6",
         default: "1",
-        meaning: "multiplies linear output",
+        meaning: "multiplies linear output: EXR, raw floats, masks",
         read: |given, text| set(&mut given.scale, number(text, 1e-6, 1e6)),
         write: |request| Some(request.output.linear().scale.to_string()),
     },
@@ -163,7 +165,7 @@ pub const QUERY_PARAMETERS: &[QueryParameter] = &[
         name: "exposure",
         values: "-20 to 20",
         default: "0",
-        meaning: "exposure of a PNG, stops",
+        meaning: "exposure of a picture (PNG), stops",
         read: |given, text| set(&mut given.exposure_stops, number(text, -20.0, 20.0)),
         write: |request| match request.output {
             Output::Png(Picture::Display { exposure_stops, .. }) => Some(exposure_stops.to_string()),
@@ -174,7 +176,7 @@ pub const QUERY_PARAMETERS: &[QueryParameter] = &[
         name: "tonemap",
         values: "filmic | none",
         default: "filmic",
-        meaning: "tone curve of a PNG",
+        meaning: "tone curve of a picture (PNG) of light",
         read: |given, text| set(&mut given.tonemap, word(text, &Tonemap::ALL)),
         write: |request| match request.output {
             Output::Png(Picture::Display { tonemap, .. }) => Some(tonemap.name().to_owned()),
@@ -185,7 +187,7 @@ pub const QUERY_PARAMETERS: &[QueryParameter] = &[
         name: "encoding",
         values: "srgb | linear",
         default: "srgb",
-        meaning: "transfer of a PNG; linear is for masks",
+        meaning: "transfer of a PNG: a picture for eyes, or a mask of the values as they are",
         read: |given, text| set(&mut given.mask, word(text, &[("srgb", false), ("linear", true)])),
         write: |request| match request.output {
             Output::Png(picture) => Some(picture.encoding().to_owned()),

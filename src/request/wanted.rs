@@ -2,6 +2,7 @@
 
 use super::method::{Method, Reference, Transport};
 use crate::projection::Projection;
+use std::f64::consts::PI;
 
 /// A texture that can be asked for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -63,6 +64,45 @@ impl TextureKind {
     pub fn is_light(self) -> bool {
         matches!(self, Self::Cloud | Self::Irradiance)
     }
+
+    /// The stages that it takes.
+    pub fn needs(self) -> Needs {
+        match self {
+            Self::Cloud => Needs { light: true, slab: true, ground_sun: false },
+            Self::Shadow => Needs { light: false, slab: false, ground_sun: true },
+            Self::Irradiance => Needs { light: true, slab: false, ground_sun: true },
+            Self::Thickness => Needs { light: false, slab: false, ground_sun: false },
+        }
+    }
+
+    /// The value that a picture shows as white. Of light twice that of a white, diffuse surface above the clouds under the
+    /// scene's light, whose horizontal irradiance is given, so that the glare of a low sun and silver linings keep their
+    /// shape; of thickness the deepest cloud.
+    pub fn white(self, irradiance: f64, deepest_m: f64) -> f64 {
+        let white = match self {
+            Self::Cloud => 2.0 * irradiance / PI,
+            Self::Irradiance => 2.0 * irradiance,
+            Self::Shadow => 1.0,
+            Self::Thickness => deepest_m.max(1.0),
+        };
+        if white > 0.0 { white } else { 1.0 }
+    }
+
+    /// The names of all textures, in a row.
+    pub fn names() -> String {
+        Self::ALL.map(Self::name).join(", ")
+    }
+}
+
+/// Stages that a texture takes beside the field.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Needs {
+    /// Light between cloud and ground.
+    pub light: bool,
+    /// A method of slab light, for the light that leaves the clouds.
+    pub slab: bool,
+    /// The sun's beam at each texel of the ground.
+    pub ground_sun: bool,
 }
 
 /// A texture with its parameters.

@@ -182,7 +182,8 @@ fn hazard_17_azimuth_at_the_zenith() {
 #[test]
 fn hazard_24_side_by_normals() {
     let slab = Slab::new(80.0, 15.0, henyey_greenstein(0.2, 1.0));
-    let dot = |seen: &Seen| -> f32 { (0..3).map(|i| seen.stages.view.towards[i] * seen.stages.frame.sun.towards[i]).sum() };
+    let dot =
+        |seen: &Seen| -> f32 { (0..3).map(|i| seen.stages.view.towards[i] * seen.stages.frame.sun.towards[i]).sum() };
     // Far side, towards the sun's azimuth: the sign of V.L says reflected.
     let far = slab.seen("below", (75.0, 0.0));
     assert!(dot(&far) > 0.5);

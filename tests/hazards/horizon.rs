@@ -122,7 +122,9 @@ fn hazard_22_shadow_shift() {
         let azimuth = 250f64.to_radians();
         // Closer than 0.006 degrees to the horizon the sun counts as that high.
         let away = away.min(1000.0 * 1e4 / EXTENT);
-        for (found, expected) in stages.frame.place.shift_uv.into_iter().zip([away * azimuth.sin(), -away * azimuth.cos()]) {
+        for (found, expected) in
+            stages.frame.place.shift_uv.into_iter().zip([away * azimuth.sin(), -away * azimuth.cos()])
+        {
             assert!((0.0..=1.0).contains(&found), "sun {zenith}: {found}");
             let apart = (f64::from(found) - expected).rem_euclid(1.0);
             // The sun's direction is that of the device, in single precision; the product is formed and wrapped in double.

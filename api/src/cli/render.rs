@@ -180,12 +180,7 @@ pub(super) fn read_scene(path: &Path, unknown: Unknown) -> Result<(Scene, Images
 }
 
 /// A job with its tables, whose making shows its progress.
-pub(super) fn prepare(
-    scene: Scene,
-    request: Request,
-    images: &Images,
-    library: &TableLibrary,
-) -> Result<Job, Fault> {
+pub(super) fn prepare(scene: Scene, request: Request, images: &Images, library: &TableLibrary) -> Result<Job, Fault> {
     let mixes: Vec<String> = scene.mixes().iter().map(|mix| mix.describe()).collect();
     let bar = LateBar::new(format!("tables of {}", mixes.join(", ")));
     Job::prepare(Arc::new(scene), request, images, library, &|part| bar.set(part)).map_err(fault)
