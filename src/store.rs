@@ -175,8 +175,8 @@ impl Store for Folder {
                 let Some(name) = entry.file_name().to_str().filter(|name| is_part(name)).map(str::to_owned) else {
                     continue;
                 };
-                // It may be gone by now; a link counts as what it leads to.
-                if let Some(there) = found(fs::metadata(entry.path()))?.filter(fs::Metadata::is_file) {
+                // A link counts as what it leads to, if it leads anywhere.
+                if let Some(there) = fs::metadata(entry.path()).ok().filter(fs::Metadata::is_file) {
                     entries.push(Entry { name, bytes: there.len() });
                 }
             }
@@ -270,7 +270,7 @@ fn sweep(folder: &Path) -> io::Result<()> {
         let entry = entry?;
         let name = entry.file_name();
         let is_part = name.to_str().is_some_and(|name| name.starts_with('.') && name.ends_with(PART));
-        let age = || entry.metadata().and_then(|there| there.modified()).ok()?.elapsed().ok();
+        let age = || entry.metadata().ok().filter(fs::Metadata::is_file)?.modified().ok()?.elapsed().ok();
         if is_part && age().is_some_and(|age| age > GIVEN_UP) {
             // Whoever shares the folder may have removed it.
             found(fs::remove_file(entry.path()))?;

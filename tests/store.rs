@@ -84,8 +84,17 @@ fn what_killed_writers_left_is_removed_when_it_is_old_and_nothing_else_is() {
         let file = std::fs::File::create(place.0.join("a").join(name)).unwrap();
         file.set_modified(modified).unwrap();
     }
+    #[cfg(unix)]
+    {
+        std::os::unix::fs::symlink("loop", place.0.join("a/loop")).unwrap();
+        let folder = place.0.join("a/.g.skyloom-part");
+        std::fs::create_dir(&folder).unwrap();
+        std::fs::File::open(folder).unwrap().set_modified(old).unwrap();
+    }
     store.prepare(&["a", "b"]).unwrap();
-    assert_eq!(place.names("a"), [".c.1-2.skyloom-part", ".d.1.2.tmp", "NOTES", "e.skyloom-part", "f"]);
+    let left: Vec<_> =
+        place.names("a").into_iter().filter(|name| name != "loop" && name != ".g.skyloom-part").collect();
+    assert_eq!(left, [".c.1-2.skyloom-part", ".d.1.2.tmp", "NOTES", "e.skyloom-part", "f"]);
     let mut listed: Vec<_> = store.list("a").unwrap().into_iter().map(|entry| entry.name).collect();
     listed.sort();
     assert_eq!(listed, ["e.skyloom-part", "f"]);
