@@ -1,9 +1,10 @@
 //! The one table of query parameters: name, range or words, default, meaning, how each is read and written.
 
 use super::method::{Method, Reference, Transport};
+use super::texture_request::Request;
 use super::wanted::{Cloud, Component, GroundLight, Irradiance, Shadow, TextureKind, Wanted};
-use super::{Plane, Projection, Request, Side, Viewer};
 use crate::encode::{Alpha, Depth, Format, Linear, Output, Picture, PictureDepth, Tonemap};
+use crate::projection::{Plane, Projection, Side, Viewer};
 use crate::scene::Scene;
 
 /// A query parameter.
@@ -138,7 +139,9 @@ pub const QUERY_PARAMETERS: &[QueryParameter] = &[
         default: "1",
         meaning: "random numbers of method reference: other seeds give other noise",
         read: |given, text| set(&mut given.seed, text.parse().ok()),
-        write: |request| Some(request.wanted.reference().map_or(Reference::SEED, |reference| reference.seed).to_string()),
+        write: |request| {
+            Some(request.wanted.reference().map_or(Reference::SEED, |reference| reference.seed).to_string())
+        },
     },
     QueryParameter {
         name: "layer",
