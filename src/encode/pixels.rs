@@ -13,7 +13,8 @@ pub struct Pixels<'a> {
     pub height: u32,
     /// Names of the channels in the order of the data: `Y`, or `R`, `G`, `B`, or `R`, `G`, `B`, `A`.
     pub channels: &'a [&'a str],
-    /// `width * height * channels` finished values ([`Output::finish`](super::output::Output::finish)), row 0 (top, north) first, channels interleaved.
+    /// `width * height * channels` finished values ([`Output::finish`](super::output::Output::finish)), row 0 (top, north)
+    /// first, channels interleaved.
     pub data: &'a [f32],
     /// Standard errors of the channels but alpha in the order of the data; OpenEXR alone has room for them.
     pub errors: Option<&'a [f32]>,
