@@ -2,7 +2,8 @@
 //! and tables (CSV).
 //!
 //! `truth` solves slabs exactly, `medium` has each method in double precision, `errors` and `cost` measure; `slab`, `fluxes`,
-//! `radiance`, `modified`, `validity`, `field`, `exchange` and `light` are one chart each; `figure` draws.
+//! `radiance`, `modified`, `validity`, `field`, `exchange` and `light` are one chart each; `figure` draws; `file` is what comes
+//! out.
 
 mod cost;
 mod csv;
@@ -11,6 +12,7 @@ mod errors;
 mod exchange;
 mod field;
 mod figure;
+mod file;
 mod fluxes;
 mod light;
 mod medium;
@@ -22,14 +24,10 @@ mod statistics;
 mod truth;
 mod validity;
 
-use crate::gpu::GpuError;
-use crate::job::RenderError;
-use crate::reference::monte_carlo::MonteCarloError;
-use crate::request::RequestError;
-use crate::scene::SceneError;
-use crate::tables::{TableError, TableLibrary};
+use crate::tables::TableLibrary;
 
 pub use errors::{SLAB_MEDIA, SlabErrors, SlabMethod, slab_errors};
+pub use file::{ChartError, ChartFile};
 pub use statistics::ErrorSummary;
 
 type Maker = fn(&TableLibrary, &(dyn Fn(f64) + Sync)) -> Result<Vec<ChartFile>, ChartError>;
@@ -63,51 +61,6 @@ pub const CHARTS: &[Chart] = &[
     Chart { name: "light", about: "sunlight through uneven cloud: cost against error", make: light::make },
     Chart { name: "slab-validity", about: "where each method holds its accuracy", make: validity::make },
 ];
-
-/// A file of a chart.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct ChartFile {
-    /// Name, without a folder.
-    pub name: String,
-    /// Content.
-    pub bytes: Vec<u8>,
-}
-
-/// Why a chart was not made.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-#[non_exhaustive]
-pub enum ChartError {
-    /// Tables of a medium.
-    #[error(transparent)]
-    Table(#[from] TableError),
-    /// The Monte Carlo reference.
-    #[error(transparent)]
-    MonteCarlo(#[from] MonteCarloError),
-    /// No device to measure times on.
-    #[error("no graphics device: {0}")]
-    Device(String),
-    /// The renderer.
-    #[error(transparent)]
-    Render(#[from] RenderError),
-    /// A scene of the chart.
-    #[error(transparent)]
-    Scene(#[from] SceneError),
-    /// A request of the chart.
-    #[error(transparent)]
-    Request(#[from] RequestError),
-    /// A measurement that has no result.
-    #[error("nothing was measured: {0}")]
-    Empty(&'static str),
-    /// The picture.
-    #[error("drawing failed: {0}")]
-    Drawing(String),
-}
-
-impl From<GpuError> for ChartError {
-    fn from(error: GpuError) -> Self {
-        Self::Device(error.to_string())
-    }
-}
 
 impl Chart {
     /// The chart of a name.

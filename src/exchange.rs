@@ -12,15 +12,18 @@
 //!
 //! [`stack`] makes one `d0` and one `R` of several layers of cloud. All of it runs on the host, in double precision.
 
+mod carrier;
 mod fourier;
 mod pair;
 mod rings;
 mod solve;
 pub mod stack;
 
-use fourier::Fourier;
+pub use carrier::Kernel;
+pub use solve::Solver;
+
+use carrier::Carrier;
 use pair::Pair;
-use rings::Rings;
 use solve::{Inputs, Solved};
 
 /// Planes closer than this, in texels, touch: light goes from one to the other where it is.
@@ -60,35 +63,6 @@ pub struct Exchanged {
     /// What the last pass changed of the irradiance: root of the mean square, relative to the mean, of the worst colour;
     /// 0 where no pass was needed. With [`Solver::ConjugateGradients`] texels weigh as much as their albedo in this.
     pub change: f64,
-}
-
-/// How light is carried from plane to plane.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Kernel {
-    /// Three squares of sides h, 2h and 8h on mip levels, one bilinear sample each, with the weights 0.4, 0.38667, 0.21333:
-    /// Bouthors et al. 2006, section 5.3.
-    PaperRings,
-    /// Squares of sides h, 2h, 4h, 8h on mip levels, four bilinear samples each; weights fitted to the exact kernel.
-    FourTapRings,
-    /// The exact kernel: waves of wave number k are multiplied by its Fourier transform, `kh K1(kh)`.
-    Fourier,
-}
-
-/// How the exchange is solved. Each stops when a pass changes less than the tolerance. What conjugate gradients then leave
-/// is below the tolerance (root of the mean square; single texels up to three times it); passes may leave several times it,
-/// as each of them changes little less than the one before.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Solver {
-    /// At most so many times ground - cloud - ground, from light that has met the ground not yet.
-    Passes(u32),
-    /// The same from even light, all light multiplied after each pass so that as much leaves as enters.
-    BalancedPasses(u32),
-    /// Conjugate gradients. Energy balances after any number of passes. Meant for [`Kernel::Fourier`]: the rings are not
-    /// symmetric, so that with them it ends up to 1 % of the mean away from where passes settle (chart "exchange").
-    ConjugateGradients {
-        /// At most so many steps, each as dear as a pass ground - cloud - ground; the start and the end take one more each.
-        passes: u32,
-    },
 }
 
 /// Solves the exchange: irradiance to `tolerance`, relative to its mean (see [`Exchanged::change`]), or as far as the
@@ -140,38 +114,4 @@ pub fn gather(map: &[[f64; 3]], height_texels: f64, kernel: Kernel) -> Vec<[f64;
     carrier.gather(&mut red_green);
     carrier.gather(&mut blue);
     red_green.iter().zip(&blue).map(|(pair, blue)| [pair.re, pair.im, blue.re]).collect()
-}
-
-/// A kernel on a grid.
-enum Carrier {
-    Rings(Rings),
-    Fourier(Fourier),
-}
-
-impl Carrier {
-    fn new(side: usize, height_texels: f64, kernel: Kernel) -> Self {
-        assert!(side.is_power_of_two(), "{side} texels a side are no power of two");
-        match kernel {
-            Kernel::PaperRings => Self::Rings(Rings::paper(side, height_texels)),
-            Kernel::FourTapRings => Self::Rings(Rings::four_taps(side, height_texels)),
-            Kernel::Fourier => Self::Fourier(Fourier::new(side, height_texels)),
-        }
-    }
-
-    /// `K field`.
-    fn gather(&self, field: &mut [Pair]) {
-        match self {
-            Self::Rings(rings) => rings.gather(field),
-            Self::Fourier(fourier) => fourier.gather(field),
-        }
-    }
-
-    /// What of the ground's exitance `field` does not come back to the ground: `(1 - K R K) field`. Written so that it is
-    /// exact where next to nothing gets lost. `spare`: maps to work in.
-    fn lose(&self, field: &mut [Pair], not_reflected: &[Pair], spare: &mut [Vec<Pair>; 2]) {
-        match self {
-            Self::Rings(rings) => rings.lose(field, not_reflected),
-            Self::Fourier(fourier) => fourier.lose(field, not_reflected, spare),
-        }
-    }
 }

@@ -53,12 +53,6 @@ pub mod slice;
 pub mod store;
 pub mod tables;
 mod traced;
+mod version;
 
-use std::sync::LazyLock;
-
-/// Version of the renderer: two versions may give different textures for the same request. The crate's version and a
-/// hash of all shaders.
-pub static VERSION: LazyLock<String> = LazyLock::new(|| {
-    let sources: String = gpu::shaders::ALL.iter().map(|shader| shader.source(true)).collect();
-    format!("{}+{}", env!("CARGO_PKG_VERSION"), &image::sha256_hex(sources.as_bytes())[..12])
-});
+pub use version::VERSION;

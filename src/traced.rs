@@ -2,13 +2,8 @@
 
 mod cloud;
 mod ground;
+mod texels;
 
 pub(crate) use cloud::add_sunlight;
 pub(crate) use ground::trace_ground;
-
-/// Texels and the standard errors of their light, channels interleaved.
-pub(crate) struct Traced {
-    pub(crate) data: Vec<f32>,
-    /// Of all channels but alpha.
-    pub(crate) standard_error: Vec<f32>,
-}
+pub(crate) use texels::Traced;

@@ -10,21 +10,20 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
-use serde::Serialize;
-use skyloom::encode::Encoded;
-use skyloom::gpu::GpuError;
 use skyloom::render::{Job, RenderError, Watch};
 use tokio::sync::{mpsc, oneshot, watch};
 
 use crate::problem::{FieldProblem, field_problems};
 
 mod core_renderer;
+mod renderer;
 mod slots;
 #[cfg(test)]
 #[allow(clippy::unwrap_used, clippy::panic, reason = "a test stops where it fails")]
 mod tests;
 
 pub use core_renderer::core_factory;
+pub use renderer::{Adapter, Factory, Picture, Render};
 use slots::{Slot, Slots};
 
 /// First and longest pause before another attempt to make a renderer that could not be made.
@@ -33,40 +32,6 @@ const RETRY: (Duration, Duration) = (Duration::from_secs(10), Duration::from_sec
 const GLANCE: Duration = Duration::from_millis(100);
 /// Pictures rendered and not yet encoded; the render thread waits for the encoders rather than fill the memory.
 const PICTURES: usize = 4;
-
-/// The graphics adapter in use.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
-pub struct Adapter {
-    /// Name as the driver gives it.
-    pub name: String,
-    /// Graphics interface, such as Vulkan.
-    pub backend: String,
-    /// Discrete, integrated, software.
-    pub kind: String,
-    /// Driver and its version.
-    pub driver: String,
-}
-
-/// A rendered texture, ready to be encoded on another thread.
-pub struct Picture {
-    /// Height, width and channels.
-    pub shape: [u32; 3],
-    /// What each stage took.
-    pub timings: Vec<(&'static str, Duration)>,
-    /// Makes the file.
-    pub encode: Box<dyn FnOnce() -> Result<Encoded, RenderError> + Send>,
-}
-
-/// What the render thread needs of a renderer; tests put a fake in its place.
-pub trait Render {
-    /// The adapter it renders on.
-    fn adapter(&self) -> Adapter;
-    /// Renders one job.
-    fn render(&mut self, job: &Arc<Job>, watch: &Watch) -> Result<Picture, RenderError>;
-}
-
-/// Makes a renderer, on the render thread; the error says why there is none and what to install.
-pub type Factory = Box<dyn FnMut() -> Result<Box<dyn Render>, GpuError> + Send>;
 
 /// Why a job gave no picture.
 #[derive(Clone, Debug, PartialEq)]
@@ -104,12 +69,6 @@ pub struct Held {
     /// The picture.
     pub picture: Picture,
     _slot: Slot,
-}
-
-impl fmt::Debug for Picture {
-    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        formatter.debug_struct("Picture").field("shape", &self.shape).finish_non_exhaustive()
-    }
 }
 
 struct Order {

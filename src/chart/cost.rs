@@ -2,9 +2,9 @@
 
 use serde_json::json;
 
-use super::ChartError;
 use super::device::{self, Device};
 use super::errors::SlabMethod;
+use super::file::ChartError;
 use crate::job::Watch;
 use crate::tables::TableLibrary;
 

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use super::ChartError;
+use super::file::ChartError;
 use crate::job::{Images, Job};
 use crate::render::{Renderer, RendererOptions};
 use crate::request::Request;

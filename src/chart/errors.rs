@@ -5,7 +5,7 @@ use std::time::{Duration, Instant};
 
 use rayon::prelude::*;
 
-use super::ChartError;
+use super::file::ChartError;
 use super::medium::{Medium, Radiance, SMOOTH, droplets};
 use super::random::Random;
 use super::statistics::ErrorSummary;

@@ -6,7 +6,7 @@ use std::time::Instant;
 
 use super::csv::Csv;
 use super::figure::{Axis, BLUE, Dash, Figure, GREEN, Key, Mark, ORANGE, Panel, RED, Stroke};
-use super::{ChartError, ChartFile};
+use super::file::{ChartError, ChartFile};
 use crate::exchange::{Kernel, Solver};
 use crate::tables::TableLibrary;
 use plotters::style::RGBColor;

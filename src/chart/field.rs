@@ -12,7 +12,7 @@ use serde_json::json;
 use super::csv::Csv;
 use super::device::{self, Device};
 use super::figure::{Axis, BLUE, BROWN, Figure, GREEN, Key, Mark, ORANGE, Panel, RED, Stroke};
-use super::{ChartError, ChartFile};
+use super::file::{ChartError, ChartFile};
 use crate::field::eddies::{Eddies, GRID};
 use crate::field::{FieldStages, power_spectrum};
 use crate::job::{Job, Watch};

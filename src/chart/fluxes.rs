@@ -5,8 +5,8 @@ use std::sync::atomic::AtomicBool;
 
 use super::csv::Csv;
 use super::figure::{Axis, BLACK, BLUE, Dash, Figure, GREEN, GREY, Key, Mark, ORANGE, Panel, RED, Stroke};
+use super::file::{ChartError, ChartFile};
 use super::medium::{Analytic, Medium, droplets};
-use super::{ChartError, ChartFile};
 use crate::reference::monte_carlo::{self, Effort, Estimate, SlabProblem};
 use crate::slab::appendix;
 use crate::slab::radiance::Side;

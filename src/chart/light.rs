@@ -2,19 +2,18 @@
 //! dimensions.
 
 mod local;
+mod scenes;
 
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
-use serde_json::json;
-
 use super::csv::Csv;
-use super::device::{self, Device};
+use super::device::Device;
 use super::figure::{
     Axis, BLACK, BLUE, BROWN, Dash, Figure, GREEN, GREY, Key, Mark, ORANGE, PURPLE, Panel, RED, Stroke, TEAL,
 };
+use super::file::{ChartError, ChartFile};
 use super::medium::{Medium, SMOOTH};
-use super::{ChartError, ChartFile};
 use crate::job::{Job, Watch};
 use crate::reference::Map;
 use crate::reference::monte_carlo::Effort;
@@ -24,27 +23,15 @@ use crate::scene::{Scene, direction};
 use crate::tables::TableLibrary;
 use local::{Local, Shift};
 use plotters::style::RGBColor;
+use scenes::{AZIMUTH_DEG, BASE_M, BROKEN, EXTENT_M, EXTINCTION_PER_M, FIELDS, FINER, SIDE, scene, timed_scene};
 
-/// Texels a side of the fields and of the traced maps.
-const SIDE: usize = 64;
-const EXTENT_M: f64 = 3200.0;
-const EXTINCTION_PER_M: f64 = 0.04;
-/// Height of the base where light on the ground is compared.
-const BASE_M: f64 = 1000.0;
 const SUNS_DEG: [f64; 5] = [0.0, 30.0, 60.0, 70.0, 80.0];
-const AZIMUTH_DEG: f64 = 250.0;
 /// Suns at which the plan tells errors.
 const PLANNED_DEG: [f64; 2] = [60.0, 80.0];
 const PHOTONS: u64 = 1_500_000;
-/// Samples a side of a fast texture in one texel of the traced maps.
-const FINER: usize = 8;
 /// Times that every transport is run, in turn.
 const ROUNDS: usize = 15;
 
-/// Name, pattern, coverage, thickness in the mean of the cloudy part.
-const FIELDS: [(&str, &str, f64, f64); 2] = [("overcast", "closed", 1.0, 280.0), ("broken", "open", 0.5, 300.0)];
-/// The field that lets the beam through.
-const BROKEN: usize = 1;
 const COLOURS: [RGBColor; 4] = [RED, ORANGE, GREEN, BLUE];
 
 /// Where light is compared, and which of it.
@@ -263,32 +250,6 @@ impl Lit<'_> {
             times.get(times.len() / 2).copied().unwrap_or(f64::NAN)
         }))
     }
-}
-
-fn scene(field: usize, sun_deg: f64, base_m: f64) -> Result<Arc<Scene>, ChartError> {
-    let (_, pattern, coverage, mean_m) = FIELDS[field];
-    device::scene(&json!({
-        "domain": { "extent_m": EXTENT_M, "resolution": SIDE },
-        "sun": { "zenith_deg": sun_deg, "azimuth_deg": AZIMUTH_DEG },
-        "atmosphere": { "sun": [1, 1, 1], "sky": [0, 0, 0] },
-        "ground": { "albedo": [0, 0, 0] },
-        "layers": [{ "base_m": base_m,
-            "thickness": { "kind": "stratocumulus", "pattern": pattern, "coverage": coverage, "mean_m": mean_m,
-                "cell_m": 1600, "seed": 4 },
-            "droplets": { "henyey_greenstein": 0.85, "extinction_per_m": EXTINCTION_PER_M } }],
-    }))
-}
-
-/// A frame as a caller would ask for it.
-fn timed_scene() -> Result<Arc<Scene>, ChartError> {
-    device::scene(&json!({
-        "domain": { "extent_m": 20_000, "resolution": 512 },
-        "sun": { "zenith_deg": 60, "azimuth_deg": AZIMUTH_DEG },
-        "layers": [{ "base_m": BASE_M,
-            "thickness": { "kind": "stratocumulus", "pattern": "open", "coverage": 0.5, "mean_m": 300, "seed": 4 },
-            "droplets": { "henyey_greenstein": 0.85, "extinction_per_m": EXTINCTION_PER_M },
-            "wind": { "speed_m_s": 10 } }],
-    }))
 }
 
 /// Range of errors that is drawn, percent.

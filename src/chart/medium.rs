@@ -2,7 +2,7 @@
 
 use std::f64::consts::PI;
 
-use super::ChartError;
+use super::file::ChartError;
 use crate::optics::{Channel, Mix, PhaseFunction};
 use crate::slab::analytic::{order1_reflected, order1_transmitted, order2_reflected, order2_transmitted};
 use crate::slab::appendix::DROPLETS_PER_M3;

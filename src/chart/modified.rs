@@ -11,9 +11,9 @@ use super::errors::view;
 use super::figure::{
     Axis, BLACK, BLUE, BROWN, Figure, GREEN, GREY, Key, Mark, ORANGE, PURPLE, Panel, RED, Stroke, TEAL,
 };
+use super::file::{ChartError, ChartFile};
 use super::fluxes::side_name;
 use super::medium::{Medium, Radiance as _, droplets};
-use super::{ChartError, ChartFile};
 use crate::reference::monte_carlo::{self, Effort, RadianceEstimate, SlabProblem};
 use crate::slab::radiance::{Side, TableSize};
 use crate::tables::TableLibrary;

@@ -1,11 +1,11 @@
 //! Chart "slab": cost of each method against its error.
 
-use super::cost::Cost;
+use super::cost::{self, Cost};
 use super::csv::Csv;
 use super::errors::{SLAB_MEDIA, SlabErrors, SlabMethod, slab_errors};
 use super::figure::{Axis, BLACK, BLUE, BROWN, Figure, GREEN, Key, Mark, ORANGE, PURPLE, Panel, RED, Stroke};
+use super::file::{ChartError, ChartFile};
 use super::statistics::ErrorSummary;
-use super::{ChartError, ChartFile, cost};
 use crate::tables::TableLibrary;
 use plotters::style::RGBColor;
 

@@ -14,8 +14,11 @@ use exr::meta::header::Header;
 use half::f16;
 use rayon::prelude::*;
 
+use super::encoded::Encoded;
+use super::error::EncodeError;
+use super::metadata::Metadata;
+use super::pixels::{Pixels, error_name};
 use super::precision::{check_half, why_float};
-use super::{EncodeError, Encoded, Metadata, Pixels, error_name};
 
 /// Lossless and read by every engine. On cloud textures a tenth smaller than PIZ and read in half its time.
 const COMPRESSION: Compression = Compression::ZIP16;

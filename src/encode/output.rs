@@ -2,7 +2,9 @@
 
 use rayon::prelude::*;
 
-use super::{At, Depth, EncodeError, Picture};
+use super::error::{At, EncodeError};
+use super::openexr::Depth;
+use super::picture::Picture;
 
 /// A file format.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]

@@ -4,8 +4,10 @@ use image::codecs::png::{CompressionType, FilterType, PngEncoder};
 use image::{ExtendedColorType, ImageEncoder as _};
 use rayon::prelude::*;
 
+use super::error::{At, EncodeError};
+use super::output::Alpha;
+use super::pixels::Pixels;
 use super::precision::fitting;
-use super::{Alpha, At, EncodeError, Pixels};
 
 /// How values become a PNG. PNG is straight by definition, so a colour is divided by alpha if it was multiplied by it.
 #[derive(Clone, Copy, Debug, PartialEq)]

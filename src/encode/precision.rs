@@ -3,8 +3,8 @@
 use half::f16;
 use rayon::prelude::*;
 
+use super::error::{At, EncodeError, number};
 use super::openexr::{Channel, Kind};
-use super::{At, EncodeError};
 
 /// From here on a value is nearer to 65536 than to 65504, the largest half float.
 const HALF_END: f32 = 65_520.0;
@@ -86,17 +86,4 @@ pub(super) fn fitting(scale: f64, round: fn(f64) -> f64) -> Option<f64> {
     // Through decimal text, so that it is the number which it shows.
     let rounded = format!("{mantissa}e{power}").parse().ok()?;
     (1e-6..=1e6).contains(&rounded).then_some(rounded)
-}
-
-/// The end of a message: what scale would do.
-pub(super) fn hint(scale: Option<f64>) -> String {
-    scale.map_or_else(String::new, |scale| format!(", or scale {scale}"))
-}
-
-/// A value for people: all its digits, few zeros.
-pub(super) fn number(value: f32) -> String {
-    match value.abs() {
-        1e-3..1e7 | 0.0 => value.to_string(),
-        _ => format!("{value:e}"),
-    }
 }

@@ -1,6 +1,6 @@
 //! Which adapter: a real one before a software one.
 
-use super::GpuError;
+use super::error::GpuError;
 
 /// An adapter, in words.
 #[derive(Debug, Clone, PartialEq, Eq)]

@@ -1,6 +1,6 @@
 //! Passes as values: what runs on the device can be looked at before and after it runs.
 
-use super::Gpu;
+use super::device::Gpu;
 use super::resources::Target;
 use super::shaders::Shader;
 use std::sync::{Mutex, MutexGuard, PoisonError};

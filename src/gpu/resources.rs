@@ -1,7 +1,8 @@
 //! Kernels (compiled entry points) and the textures and buffers they work on.
 
+use super::device::Gpu;
+use super::error::GpuError;
 use super::shaders::{self, Shader};
-use super::{Gpu, GpuError};
 use half::f16;
 use std::collections::HashMap;
 use std::time::Instant;

@@ -1,6 +1,9 @@
 //! A short test of the driver at start: what later passes rely on is tried once, and said aloud.
 
-use super::{Gpu, GpuError, Pass, binds, shaders};
+use super::device::Gpu;
+use super::error::GpuError;
+use super::pass::{Pass, binds};
+use super::shaders;
 
 /// Iterations that the shader's loop is asked for. Mesa 22.3's software driver silently stops at 65,535.
 const ASKED_ITERATIONS: f32 = 200_000.0;

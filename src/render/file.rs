@@ -5,6 +5,7 @@ use crate::illumination::Illumination;
 use crate::job::{Job, RenderError, Texture};
 use crate::plan::expected_error;
 use crate::request::{Side, Viewer};
+use crate::version::VERSION;
 
 /// The file of a rendered texture, in the format that its request names.
 ///
@@ -56,7 +57,7 @@ fn metadata(job: &Job, texture: &Texture) -> Metadata {
         time_s: request.time_s,
         axes: "enu".to_owned(),
         scene: job.scene_id().to_owned(),
-        version: crate::VERSION.clone(),
+        version: VERSION.clone(),
         adapter: None,
         white_luminance: None,
         // Maps repeat as the domain does.

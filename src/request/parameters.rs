@@ -1,9 +1,10 @@
 //! The one table of query parameters: name, range or words, default, meaning, how each is read and written.
 
 use super::method::{Method, Reference, Transport};
+use super::texture_request::Request;
 use super::wanted::{Cloud, Component, GroundLight, Irradiance, Shadow, TextureKind, Wanted};
-use super::{Plane, Projection, Request, Side, Viewer};
 use crate::encode::{Alpha, Depth, Format, Linear, Output, Picture, PictureDepth, Tonemap};
+use crate::projection::{Plane, Projection, Side, Viewer};
 use crate::scene::Scene;
 
 /// A query parameter.

@@ -1,6 +1,6 @@
 //! Artefacts of any kind: one build for all who ask, kept in memory up to a bound and in a store.
 
-use super::TableError;
+use super::error::TableError;
 use super::file::{self, Flaw};
 use crate::store::Store;
 use std::any::{Any, TypeId};

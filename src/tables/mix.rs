@@ -1,6 +1,7 @@
 //! Tables of a droplet mix.
 
-use super::{Artefact, TableError, TableLibrary};
+use super::error::TableError;
+use super::library::{Artefact, TableLibrary};
 use crate::optics::{self, Channel, Mix};
 use crate::slab::fluxes::FluxTable;
 use crate::slab::phases::PhaseTables;

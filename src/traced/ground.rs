@@ -1,7 +1,7 @@
 //! Light on the ground by Monte Carlo in three dimensions through the layers as they are. Texels are means, not samples at
 //! points.
 
-use super::Traced;
+use super::texels::Traced;
 use crate::gpu::HostMap;
 use crate::ground::GroundMap;
 use crate::job::{Job, RenderError, Watch};

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use skyloom::gpu::AdapterSummary;
 use skyloom::render::{Job, RenderError, Renderer, RendererOptions, Texture, Watch};
 
-use super::{Adapter, Factory, Picture, Render};
+use super::renderer::{Adapter, Factory, Picture, Render};
 
 impl From<&AdapterSummary> for Adapter {
     fn from(summary: &AdapterSummary) -> Self {

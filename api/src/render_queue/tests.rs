@@ -7,6 +7,8 @@ use axum::http::{Method, StatusCode, header};
 use axum::response::Response;
 use http_body_util::BodyExt as _;
 use serde_json::{Value, json};
+use skyloom::encode::Encoded;
+use skyloom::gpu::GpuError;
 use tower::ServiceExt as _;
 
 use super::*;

@@ -1,6 +1,6 @@
 //! Axes.
 
-use super::super::csv::short;
+use crate::chart::csv::short;
 
 /// An axis; logarithmic ones are drawn in log10.
 #[derive(Clone, Debug)]

@@ -12,8 +12,11 @@ use plotters::prelude::Cartesian2d;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 use plotters::style::{Color as _, FontStyle, IntoFont as _, RGBColor, ShapeStyle, TextStyle, WHITE};
 
-use super::{Axis, BLACK, ColourScale, Dash, Figure, GREY, Key, Mark, Panel, Stroke};
-use crate::chart::{ChartError, ChartFile};
+use super::axis::Axis;
+use super::colour::{BLACK, ColourScale, GREY};
+use super::parts::{Figure, Key, Mark, Panel};
+use super::stroke::{Dash, Stroke};
+use crate::chart::file::{ChartError, ChartFile};
 
 /// The library places everything at whole pixels: a picture is drawn this many times as large, and shown smaller.
 const SCALE: u32 = 8;

@@ -1,7 +1,7 @@
 //! What was done in 2006 instead: light of each column by itself, its first orders by the normal of the cloud's top, and
 //! shadows by the vertical column that the shifted ground point meets.
 
-use super::{EXTENT_M, EXTINCTION_PER_M, FINER, SIDE};
+use super::scenes::{BASE_M, EXTENT_M, EXTINCTION_PER_M, FINER, SIDE};
 use crate::chart::medium::Medium;
 use crate::reference::Map;
 
@@ -83,7 +83,7 @@ impl<'a> Local<'a> {
         let way = match shift {
             Shift::Sine => 1.0,
             Shift::Tangent => 1.0 / up,
-        } * super::BASE_M
+        } * BASE_M
             / EXTENT_M;
         Self::means(|[u, v]| {
             let thickness_m = self.thickness.sample_periodic([u + way * east, v - way * north])[0];

@@ -4,10 +4,13 @@ use std::sync::atomic::AtomicBool;
 
 use glam::DVec3;
 
+use super::error::MonteCarloError;
+use super::estimate::{Effort, Estimate};
+use super::path::{NEGLIGIBLE, first_depth, scattered_part};
+use super::problem::SlabProblem;
 use super::random::Random;
 use super::run::{Watch, run};
 use super::scattering::Scattering;
-use super::{Effort, Estimate, MonteCarloError, NEGLIGIBLE, SlabProblem, first_depth, scattered_part};
 
 /// Orders of scattering told apart: 0, 1, 2, and 3 with all above.
 const ORDERS: usize = 4;

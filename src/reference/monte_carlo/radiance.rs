@@ -18,10 +18,13 @@ use std::time::Instant;
 
 use glam::DVec3;
 
+use super::error::{MonteCarloError, check};
+use super::estimate::{Effort, Estimate};
+use super::path::{NEGLIGIBLE, first_depth, scattered_part};
+use super::problem::SlabProblem;
 use super::random::Random;
 use super::run::{Watch, run};
 use super::scattering::Scattering;
-use super::{Effort, Estimate, MonteCarloError, NEGLIGIBLE, SlabProblem, check, first_depth, scattered_part};
 use crate::slab::analytic::{LOWEST_VIEW, order1_reflected, order1_transmitted};
 use crate::slab::radiance::Side;
 

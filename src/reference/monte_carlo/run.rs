@@ -5,8 +5,9 @@ use std::time::{Duration, Instant};
 
 use rayon::prelude::*;
 
+use super::error::MonteCarloError;
+use super::estimate::{Effort, Estimate};
 use super::random::Random;
-use super::{Effort, Estimate, MonteCarloError};
 
 /// Experiments with one stream of random numbers.
 const CHUNK: u64 = 256;

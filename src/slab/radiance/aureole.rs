@@ -9,7 +9,7 @@ use std::f64::consts::PI;
 
 use rayon::prelude::*;
 
-use super::Side;
+use super::side::Side;
 use super::table::{MOMENTS_KEPT, cell};
 use crate::slab::analytic::LOWEST_VIEW;
 use crate::slab::phase_matrix::ScaledMedium;

@@ -4,7 +4,7 @@
 //! the steep rise with depth and the grazing angles. Light through a thick slab dies away as `k / sinh(k (depth + c))` (diffusion; van
 //! de Hulst, Multiple Light Scattering, 1980, chapter 14): that takes out the fall. All depths here are scaled (delta-M) ones.
 
-use super::Side;
+use super::side::Side;
 use crate::slab::phase_matrix::ScaledMedium;
 
 /// Extrapolation length of diffusion at both faces together, in transport mean free paths.

@@ -1,10 +1,9 @@
 //! The remainder for one sun, as a three-dimensional texture.
 
 use super::scaling::Scaling;
+use super::side::Side;
 use super::table::{RadianceTable, TableSize, cell, light, pair};
 use rayon::prelude::*;
-
-use super::Side;
 
 /// The remainder for one sun as square roots, see [`RadianceTable`]: axes optical depth (fastest), view zenith, azimuth; node `k` of `n` at the texel centre.
 #[derive(Clone, Debug, PartialEq)]

@@ -7,7 +7,8 @@ use nalgebra::DMatrix;
 use rayon::prelude::*;
 
 use super::scaling::Scaling;
-use super::{Side, Slice};
+use super::side::Side;
+use super::slice::Slice;
 use crate::slab::doubling::{Directions, Outgoing, Problem, ScaledMedium, Slab};
 
 /// log2 of the first true optical depth.

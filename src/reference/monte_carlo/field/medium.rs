@@ -2,20 +2,15 @@
 
 use glam::DVec3;
 
-use super::super::random::Random;
-use super::{FieldProblem, Layer};
-use crate::reference::Map;
+use super::problem::{FieldProblem, Layer, greatest};
+use crate::reference::map::Map;
+use crate::reference::monte_carlo::random::Random;
 
 /// Most cells along a side of the grid of greatest heights.
 const MAX_CELLS: f64 = 32.0;
 /// Cells no smaller than this part of the highest cloud: a flight is a few cells long then. Also what keeps flights in a
 /// domain much smaller than its clouds are high from crossing it a million times.
 const CELL_PART: f64 = 0.1;
-
-/// The greatest value of a map's first channel.
-pub(super) fn greatest(map: &Map) -> f64 {
-    map.texels.iter().map(|texel| texel[0]).fold(0.0, f64::max)
-}
 
 /// The first channel of a periodic map with bilinear interpolation, by metres east and south.
 #[derive(Debug)]

@@ -6,11 +6,12 @@ use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use glam::DVec3;
 use rayon::prelude::*;
 
-use super::super::random::Random;
-use super::super::scattering::Scattering;
+use super::maps::{FluxMap, NADIR_COSINE};
 use super::medium::{Flight, Medium, Surface};
+use super::problem::FieldProblem;
 use super::tally::Counts;
-use super::{FieldProblem, FluxMap, NADIR_COSINE};
+use crate::reference::monte_carlo::random::Random;
+use crate::reference::monte_carlo::scattering::Scattering;
 
 /// Photons with one stream of random numbers.
 const CHUNK: u64 = 1024;

@@ -3,10 +3,13 @@
 use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
-use super::super::{Effort, MonteCarloError};
-use super::{FieldProblem, FluxMap, Layer, trace};
+use super::light::trace;
+use super::maps::FluxMap;
+use super::problem::{FieldProblem, Layer};
 use crate::optics::PhaseFunction;
-use crate::reference::Map;
+use crate::reference::map::Map;
+use crate::reference::monte_carlo::error::MonteCarloError;
+use crate::reference::monte_carlo::estimate::Effort;
 
 /// A layer of cloud; fields as in [`Layer`], those that differ between colours for red, green and blue.
 #[derive(Clone, Copy, Debug)]

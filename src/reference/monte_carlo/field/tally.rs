@@ -2,8 +2,8 @@
 
 use std::sync::atomic::{AtomicU64, Ordering};
 
-use super::super::Estimate;
-use super::{COUNTED, FluxMap, MAPS, MapEstimate};
+use super::maps::{COUNTED, FluxMap, MAPS, MapEstimate};
+use crate::reference::monte_carlo::estimate::Estimate;
 
 /// Photons of one batch. Whole numbers: the order in which threads add to them is of no consequence.
 #[derive(Debug)]

@@ -1,0 +1,50 @@
+//! What the queue needs of a renderer.
+
+use std::fmt;
+use std::sync::Arc;
+use std::time::Duration;
+
+use serde::Serialize;
+use skyloom::encode::Encoded;
+use skyloom::gpu::GpuError;
+use skyloom::render::{Job, RenderError, Watch};
+
+/// The graphics adapter in use.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct Adapter {
+    /// Name as the driver gives it.
+    pub name: String,
+    /// Graphics interface, such as Vulkan.
+    pub backend: String,
+    /// Discrete, integrated, software.
+    pub kind: String,
+    /// Driver and its version.
+    pub driver: String,
+}
+
+/// A rendered texture, ready to be encoded on another thread.
+pub struct Picture {
+    /// Height, width and channels.
+    pub shape: [u32; 3],
+    /// What each stage took.
+    pub timings: Vec<(&'static str, Duration)>,
+    /// Makes the file.
+    pub encode: Box<dyn FnOnce() -> Result<Encoded, RenderError> + Send>,
+}
+
+/// What the render thread needs of a renderer; tests put a fake in its place.
+pub trait Render {
+    /// The adapter it renders on.
+    fn adapter(&self) -> Adapter;
+    /// Renders one job.
+    fn render(&mut self, job: &Arc<Job>, watch: &Watch) -> Result<Picture, RenderError>;
+}
+
+/// Makes a renderer, on the render thread; the error says why there is none and what to install.
+pub type Factory = Box<dyn FnMut() -> Result<Box<dyn Render>, GpuError> + Send>;
+
+impl fmt::Debug for Picture {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        formatter.debug_struct("Picture").field("shape", &self.shape).finish_non_exhaustive()
+    }
+}

@@ -1,0 +1,67 @@
+//! Texels as encoders take them.
+
+use super::error::{At, EncodeError};
+use super::output::Alpha;
+use rayon::prelude::*;
+
+/// A texture to encode.
+#[derive(Clone, Copy, Debug)]
+pub struct Pixels<'a> {
+    /// Texels in a row, at least 1.
+    pub width: u32,
+    /// Rows, at least 1.
+    pub height: u32,
+    /// Names of the channels in the order of the data: `Y`, or `R`, `G`, `B`, or `R`, `G`, `B`, `A`.
+    pub channels: &'a [&'a str],
+    /// `width * height * channels` finished values ([`Output::finish`](super::output::Output::finish)), row 0 (top, north)
+    /// first, channels interleaved.
+    pub data: &'a [f32],
+    /// Standard errors of the channels but alpha in the order of the data; OpenEXR alone has room for them.
+    pub errors: Option<&'a [f32]>,
+    /// What the colours are if there is an `A` channel; of no effect otherwise.
+    pub alpha: Alpha,
+    /// Whether the values are parts of a whole, 0 to 1: what lies outside is noise, which a mask may cut off.
+    pub fraction: bool,
+}
+
+impl Pixels<'_> {
+    /// Channels that have standard errors: all but alpha.
+    pub(super) fn lit(&self) -> usize {
+        self.channels.len().min(3)
+    }
+
+    /// Checks shape and finiteness: what every encoder does first.
+    pub(super) fn check(&self) -> Result<(), EncodeError> {
+        let count = self.channels.len();
+        let known = matches!(self.channels, ["Y"] | ["R", "G", "B"] | ["R", "G", "B", "A"]);
+        let texels = u64::from(self.width) * u64::from(self.height);
+        let fits = |data: &[f32], channels: usize| data.len() as u64 == texels * channels as u64;
+        if !known || texels == 0 || !fits(self.data, count) || !self.errors.is_none_or(|data| fits(data, self.lit())) {
+            return Err(EncodeError::Shape {
+                width: self.width,
+                height: self.height,
+                channels: count,
+                values: self.data.len(),
+            });
+        }
+        let bad = |data: &[f32]| data.par_iter().position_first(|value| !value.is_finite());
+        if let Some(index) = bad(self.data) {
+            return Err(EncodeError::NotFinite(At::new(self.width, self.channels, index)));
+        }
+        if let Some(index) = self.errors.and_then(bad) {
+            let at = At::new(self.width, self.channels.get(..self.lit()).unwrap_or_default(), index);
+            return Err(EncodeError::NotFinite(At { channel: error_name(&at.channel), ..at }));
+        }
+        Ok(())
+    }
+
+    /// Number of values in a row.
+    pub(super) fn row_len(&self) -> usize {
+        self.width as usize * self.channels.len()
+    }
+}
+
+/// Name of the standard errors of a channel: a layer of their own, as OpenEXR names it.
+pub(super) fn error_name(channel: &str) -> String {
+    format!("error.{channel}")
+}

@@ -1,0 +1,93 @@
+//! A request for one texture, and whether a scene can meet it.
+
+use super::wanted::{Cloud, TextureKind, Wanted};
+use crate::encode::{Format, Output};
+use crate::scene::{FieldError, Scene};
+
+/// A request for one texture.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Request {
+    /// Which texture, and what of it.
+    pub wanted: Wanted,
+    /// Seconds since the scene's start.
+    pub time_s: f64,
+    /// Texels a side; the scene's resolution when `None`.
+    pub size: Option<u32>,
+    /// How it is put out.
+    pub output: Output,
+}
+
+impl Request {
+    /// Longest time since a scene's start, s (32 years).
+    pub const MAX_TIME_S: f64 = 1e9;
+    /// Tolerance unless another is asked for.
+    pub const TOLERANCE: f64 = 0.02;
+
+    /// The kind of texture.
+    pub fn texture(&self) -> TextureKind {
+        self.wanted.kind()
+    }
+
+    /// The file's format.
+    pub fn format(&self) -> Format {
+        self.output.format()
+    }
+
+    /// Name of the file, such as `cloud.exr`.
+    pub fn file_name(&self) -> String {
+        format!("{}.{}", self.texture().name(), self.format().extension())
+    }
+
+    /// Texels across and down.
+    pub fn texels(&self, scene: &Scene) -> [u32; 2] {
+        let size = self.size.unwrap_or(scene.resolution());
+        match &self.wanted {
+            Wanted::Cloud(cloud) => cloud.projection.size(size),
+            // Maps of the domain.
+            Wanted::Shadow(_) | Wanted::Irradiance(_) | Wanted::Thickness { .. } => [size; 2],
+        }
+    }
+
+    /// The same request of a scene in its normal form: what the scene gives anyway is left out.
+    ///
+    /// # Errors
+    /// The parameters that do not fit the scene.
+    pub fn of(mut self, scene: &Scene) -> Result<Self, Vec<FieldError>> {
+        self.check(scene)?;
+        self.size = self.size.filter(|size| *size != scene.resolution());
+        if scene.layer_count() <= 1
+            && let Wanted::Cloud(Cloud { layer, .. }) | Wanted::Thickness { layer } = &mut self.wanted
+        {
+            *layer = None;
+        }
+        Ok(self)
+    }
+
+    /// What a scene adds to the rules of a request.
+    fn check(&self, scene: &Scene) -> Result<(), Vec<FieldError>> {
+        let count = scene.layer_count();
+        let mut errors = Vec::new();
+        let mut wrong = |name: &str, detail: String| errors.push(FieldError { pointer: name.to_owned(), detail });
+        match (self.wanted.layer(), count) {
+            (Some(layer), 0) => wrong("layer", format!("the scene has no layer {layer}: it has none at all")),
+            (Some(layer), 1) if layer > 0 => wrong("layer", format!("the scene has no layer {layer}; allowed: 0")),
+            (Some(layer), _) if layer as usize >= count => {
+                wrong("layer", format!("the scene has no layer {layer}; allowed: 0 to {}", count - 1));
+            }
+            _ => {}
+        }
+        if self.wanted.reference().is_some() {
+            if self.texture().needs().slab && count > 1 {
+                let detail = format!(
+                    "reference traces the cloud of a single layer; the scene has {count}; allowed: tabulated, analytic"
+                );
+                wrong("method", detail);
+            }
+            if self.wanted.peak() == Some(true) {
+                let detail = "method reference counts as beam what was not scattered at all; allowed: false";
+                wrong("peak", detail.to_owned());
+            }
+        }
+        if errors.is_empty() { Ok(()) } else { Err(errors) }
+    }
+}
