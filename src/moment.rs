@@ -64,10 +64,6 @@ pub(crate) struct Moment {
     top_m: f64,
 }
 
-fn r32(v: [f64; 2]) -> [f64; 2] {
-    v.map(|v| f64::from(v as f32))
-}
-
 /// Places on the sun's disc for a penumbra of so many texels: one where it is narrower than half a texel.
 fn discs(light: &Illumination, height_m: f64, texel_m: f64) -> u32 {
     let cosine = light.cosine().max(0.01);
@@ -100,9 +96,9 @@ fn layer(job: &Job, number: usize, field: &Field, light: &Illumination) -> (Laye
         smooth_part: by_channel(&|c| smooth(c).0),
         smooth_albedo: by_channel(&|c| smooth(c).1),
         transport_550,
-        offset_uv: r32(field::offsets(layer, job.request().time_s, extent_m).read),
-        shift_uv: r32(shift_uv(sun, base_m, extent_m)),
-        above_uv: r32(above_m.map_or([0.0; 2], |above_m| shift_uv(sun, above_m - base_m, extent_m))),
+        offset_uv: field::offsets(layer, job.request().time_s, extent_m).read,
+        shift_uv: shift_uv(sun, base_m, extent_m),
+        above_uv: above_m.map_or([0.0; 2], |above_m| shift_uv(sun, above_m - base_m, extent_m)),
         max_steps: if field.is_uniform() { 1 } else { MAX_STEPS },
         discs: discs(light, base_m + depth_m, output_m),
         blur_texels: 0.0,
@@ -147,7 +143,7 @@ impl Moment {
 
     /// Cosine of the sun's zenith for rays and tables: one that lies at the horizon or below is taken as just above it.
     pub(crate) fn slant_cosine(&self) -> f64 {
-        f64::from(self.illumination.cosine().max(MIN_COSINE.into()) as f32)
+        self.illumination.cosine().max(MIN_COSINE.into())
     }
 
     /// Height of the plane that texels lie in.

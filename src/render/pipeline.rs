@@ -292,7 +292,7 @@ fn lit(gpu: &Gpu, job: &Job, watch: &Watch, run: &Run, frames: &[wgpu::Buffer]) 
     let ground = GroundMap::new(&job.scene().ground.albedo, job.images()).map_err(RenderError::MissingImage)?;
     let inputs = LightInputs {
         layers: &layers,
-        sun: moment.illumination.beam.map(|b| f64::from(b as f32) * f64::from(moment.illumination.cosine() as f32)),
+        sun: moment.illumination.direct(),
         sky: moment.illumination.sky,
         extent_m: moment.extent_m,
         shift_uv: moment.layers[0].shift_uv,
