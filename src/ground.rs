@@ -3,6 +3,7 @@
 use crate::gpu::HostMap;
 use crate::image::colour::{convert, srgb_to_linear};
 use crate::image::{Colour, Image, ImageEncoding};
+use crate::periodic::bilinear;
 use crate::reference::Map;
 use crate::scene::GroundAlbedo;
 use crate::scene::quantity::Quantity as _;
@@ -64,25 +65,14 @@ impl GroundMap {
         for i in 0..side * side {
             let mut sum = [0.0; 3];
             for s in 0..across * down {
-                let found = self.sample(inside(i % side, s % across, across), inside(i / side, s / across, down));
+                let place = [inside(i % side, s % across, across), inside(i / side, s / across, down)];
+                let found = bilinear([self.width, self.height], place, |x, y| self.texels[y * self.width + x]);
                 (0..3).for_each(|c| sum[c] += found[c]);
             }
             let mean = sum.map(|value| (value / (across * down) as f64) as f32);
             data.extend([mean[0], mean[1], mean[2], 0.0]);
         }
         HostMap { width: texels, height: texels, channels: 4, data }
-    }
-
-    /// Bilinear and periodic.
-    fn sample(&self, u: f64, v: f64) -> [f64; 3] {
-        let (x, y) = (u * self.width as f64 - 0.5, v * self.height as f64 - 0.5);
-        let wrap = |i: f64, n: usize| (i as isize).rem_euclid(n as isize) as usize;
-        let (x0, y0) = (wrap(x.floor(), self.width), wrap(y.floor(), self.height));
-        let (x1, y1) = ((x0 + 1) % self.width, (y0 + 1) % self.height);
-        let (fx, fy) = (x - x.floor(), y - y.floor());
-        let at = |x: usize, y: usize| self.texels[y * self.width + x];
-        let mix = |a: f64, b: f64, t: f64| a + (b - a) * t;
-        std::array::from_fn(|c| mix(mix(at(x0, y0)[c], at(x1, y0)[c], fx), mix(at(x0, y1)[c], at(x1, y1)[c], fx), fy))
     }
 }
 

@@ -1,24 +1,45 @@
 //! skyloom renders sky-lighting textures: cloud colour with alpha, cloud shadow, ground irradiance.
 //!
+//! ```
+//! use skyloom::{Images, Job, Renderer, RendererOptions, Request, Scene, TableLibrary, Watch, encode};
+//! use std::sync::Arc;
+//!
+//! let scene = br#"{ "domain": { "resolution": 32 },
+//!     "layers": [{ "thickness": { "kind": "stratocumulus", "coverage": 0.6 },
+//!                  "droplets": { "henyey_greenstein": 0.85, "extinction_per_m": 0.03 } }] }"#;
+//! let scene = Arc::new(Scene::from_json(scene)?);
+//! let query = [("view".to_owned(), "above".to_owned())];
+//! let request = Request::parse("cloud", "exr", &query)?;
+//!
+//! // Tables of a droplet mix are made once, and kept in a store if the library gets one.
+//! let library = TableLibrary::new(None);
+//! let job = Job::prepare(scene, request, &Images::new(), &library, &|_part| ())?;
+//! let mut renderer = Renderer::new(&RendererOptions::default())?;
+//! let texture = renderer.render(&job, &Watch::default())?;
+//! let file = encode(&texture, &job)?;
+//! assert_eq!((texture.width, texture.channels.len(), file.bits), (32, 4, 16));
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
 //! A sky is a pure function of a scene and a time. Stages, in the order of the data, each with what it takes and gives:
 //!
 //! | stage | lifetime | gives |
 //! |---|---|---|
 //! | [`scene`], [`request`], [`image`] | - | validated input, ids |
-//! | [`plan`] | request | methods, sizes and passes for the tolerance |
+//! | [`job`], [`plan`] | request | what is wanted with all that it takes; methods, sizes and passes for the tolerance |
 //! | [`optics`] | droplet mix | phase function and its moments, extinction, albedo per colour |
 //! | [`slab`] | droplet mix | fluxes of a slab by adding-doubling; closed forms of the first orders of scattering |
-//! | [`tables`], [`store`] | droplet mix | the two above, kept in memory and on disk |
-//! | [`field`] | scene | the thickness map |
+//! | [`tables`] | droplet mix | the two above, kept in memory and in a [`store`] |
+//! | [`field`] | frame | the thickness map |
+//! | [`illumination`] | moment | the sun's direction and beam, and the sky |
 //! | [`slice`] | sun | tables as textures; the closure of the orders |
-//! | `ground` | moment | the ground's albedo on a grid |
 //! | [`exchange`] | moment | light between layers of cloud, and between cloud and ground |
-//! | `light` | moment | sun, sky and ground light at cloud base and ground |
-//! | [`shade`] | request | the texture asked for |
-//! | [`encode`] | request | the bytes of a file |
+//! | [`light`] | moment | sun, sky and ground light at cloud base and ground |
+//! | [`shade`] | request | the texture asked for, in its [`projection`] |
+//! | [`encode`](mod@encode) | request | the bytes of a file |
 //!
-//! [`chart`] measures the methods against exact solutions and draws it.
-//! [`render`] alone knows this order. [`mod@reference`] holds a readable f64 twin of every pass that runs on the device.
+//! [`render`] runs them; only its pipeline knows this order. [`chart`] measures the methods against exact solutions and draws
+//! it. [`mod@reference`] holds a readable f64 twin of every pass that runs on the device.
 //!
 //! # Units, axes, symbols
 //! Metres, seconds; east = +x, north = +y, up = +z; maps have north up: row 0 is the north edge. Light is linear Rec.709.
@@ -41,6 +62,7 @@ pub mod job;
 pub mod light;
 mod moment;
 pub mod optics;
+mod periodic;
 pub mod plan;
 pub mod projection;
 pub mod reference;
@@ -56,3 +78,9 @@ mod traced;
 mod version;
 
 pub use version::VERSION;
+
+pub use job::{Images, Job, RenderError, Texture, Watch};
+pub use render::{Renderer, RendererOptions, encode};
+pub use request::{Request, RequestError};
+pub use scene::{Scene, SceneError};
+pub use tables::TableLibrary;

@@ -173,6 +173,39 @@ fn energy_balances_in_every_stack() {
     }
 }
 
+/// Where droplets absorb, what enters is what leaves, what the ground keeps, and what each layer keeps of the light that it got:
+/// each of the four is found by itself, none as the rest. Maps in single precision, and the exchange's own last change.
+#[test]
+fn absorbing_layers_account_for_what_they_keep() {
+    let mut sky = Sky::open();
+    let grey = |base_m: f64, thickness: Value, albedo: f64| {
+        let mut layer = layer(base_m, thickness);
+        layer["droplets"]["albedo"] = json!(albedo);
+        layer
+    };
+    for (layers, least, most) in [
+        (vec![grey(900.0, uniform(200.0), 0.98)], 0.1, 0.6),
+        (vec![grey(900.0, broken(5), 0.9)], 0.1, 0.8),
+        (vec![grey(500.0, broken(1), 0.99), grey(2500.0, broken(2), 0.95)], 0.1, 0.8),
+        (vec![grey(900.0, uniform(400.0), 0.0)], 0.9, 1.0),
+    ] {
+        for (zenith, albedo) in [(0.0, 0.3), (60.0, 0.0), (60.0, 1.0), (85.0, 0.8), (95.0, 0.5)] {
+            let mut scene = scene(&layers, 90.0, 4.0, albedo);
+            scene["sun"]["zenith_deg"] = json!(zenith);
+            let job = sky.job(&scene, "irradiance", &[]);
+            let energy = sky.renderer.inspect(&job, &Watch::default()).unwrap().energy;
+            for c in 0..3 {
+                let parts = [energy.leaving[c], energy.ground[c], energy.clouds[c]];
+                let sum = parts.iter().sum::<f64>() / energy.entering[c];
+                assert!((sum - 1.0).abs() < 5e-3, "sun {zenith}, albedo {albedo}: {energy:?}");
+                assert!(parts.iter().all(|part| *part >= -1e-6 * energy.entering[c]), "{energy:?}");
+            }
+            let kept = energy.clouds[1] / energy.entering[1];
+            assert!((least..=most).contains(&kept), "sun {zenith}, albedo {albedo}: {kept}");
+        }
+    }
+}
+
 /// A thick layer above takes the sun from one below, which is then grey, not black: light comes through and around.
 #[test]
 fn layers_shade_each_other() {

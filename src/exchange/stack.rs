@@ -44,6 +44,9 @@ pub struct StackLight {
     pub layers: Vec<LayerLight>,
     /// Diffuse light that leaves the topmost layer upwards: horizontal irradiance. With no layer, light from the ground.
     pub escaping: Vec<[f32; 3]>,
+    /// Diffuse light that the layers absorb, mean over the texels: what each keeps of the light on its two faces. What they absorb
+    /// of the sun's light before it is diffuse is not known here.
+    pub absorbed: [f64; 3],
 }
 
 /// Least part of light between two layers that leaves there on a round trip.
@@ -141,6 +144,7 @@ impl<'a> Stack<'a> {
         let texels = self.diffuse.len();
         let mut escaping = upwelling[..texels].to_vec();
         let mut lights = Vec::with_capacity(self.layers.len());
+        let mut kept = [0.0; 3];
         for (layer, above) in self.layers.iter().zip(&self.above).rev() {
             let from_below = escaping.clone();
             let mut from_above = vec![[0.0; 3]; texels];
@@ -150,12 +154,13 @@ impl<'a> Stack<'a> {
                     let through = column.transmitted * f64::from(from_below[texel][colour]);
                     let on_top = column.on_top(down[colour].into(), part[colour].into(), through);
                     from_above[texel][colour] = on_top as f32;
+                    kept[colour] += column.absorbed * (on_top + f64::from(from_below[texel][colour]));
                     escaping[texel][colour] = (column.up + through + (1.0 - column.not_reflected) * on_top) as f32;
                 }
             }
             lights.push(LayerLight { from_above, from_below });
         }
         lights.reverse();
-        StackLight { layers: lights, escaping }
+        StackLight { layers: lights, escaping, absorbed: kept.map(|sum| sum / texels.max(1) as f64) }
     }
 }

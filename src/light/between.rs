@@ -5,6 +5,7 @@ use super::inputs::LightInputs;
 use crate::exchange::stack::{Layer, LayerLight, Stack};
 use crate::exchange::{Kernel, Problem, Solver, exchange};
 use crate::gpu::layout::Share;
+use crate::periodic::bilinear;
 use crate::request::Transport;
 use std::f64::consts::PI;
 
@@ -87,20 +88,6 @@ fn share(maps: &ColumnMaps, transport: Transport) -> Share {
     }
 }
 
-/// A value at a place of a periodic map, bilinear.
-fn sample(map: &[[f32; 3]], side: usize, u: f64, v: f64) -> [f32; 3] {
-    let axis = |place: f64| {
-        let place = place * side as f64 - 0.5;
-        let low = (place.floor() as i64).rem_euclid(side as i64) as usize;
-        (low, (low + 1) % side, place - place.floor())
-    };
-    let ((x0, x1, fx), (y0, y1, fy)) = (axis(u), axis(v));
-    let at = |x: usize, y: usize, c: usize| f64::from(map[y * side + x][c]);
-    let mix = |a: f64, b: f64, t: f64| a + (b - a) * t;
-    let value = |c: usize| mix(mix(at(x0, y0, c), at(x1, y0, c), fx), mix(at(x0, y1, c), at(x1, y1, c), fx), fy);
-    [0, 1, 2].map(|c| value(c) as f32)
-}
-
 /// Height of the one plane that stands for all layers in the exchange with the ground: the mean height at which light
 /// from the ground first meets cloud. With one layer it is its base.
 fn radiating_height_m(columns: &[ColumnMaps], inputs: &LightInputs<'_>) -> f64 {
@@ -145,11 +132,15 @@ pub(super) fn solve(columns: &[ColumnMaps], inputs: &LightInputs<'_>) -> Between
         .iter()
         .map(|[down, up, transmitted, not_reflected]| Layer { down, up, transmitted, not_reflected })
         .collect();
-    let beam_at_base = rgb(&columns[0].beam, &|c, texel| sun[c] * f64::from(texel[c]));
+    let beam_at_base = |x: usize, y: usize| {
+        let texel = columns[0].beam[y * side + x];
+        colours(|c| f64::from((sun[c] * f64::from(texel[c])) as f32))
+    };
     let [shift_u, shift_v] = inputs.shift_uv;
     let centre = |i: usize| (i as f64 + 0.5) / side as f64;
     let beam: Vec<[f32; 3]> = (0..side * side)
-        .map(|i| sample(&beam_at_base, side, centre(i % side) + shift_u, centre(i / side) + shift_v))
+        .map(|i| bilinear([side; 2], [centre(i % side) + shift_u, centre(i / side) + shift_v], beam_at_base))
+        .map(|texel| texel.map(|value| value as f32))
         .collect();
     let albedo: Vec<[f32; 3]> = inputs.albedo.data.chunks(4).map(|texel| [texel[0], texel[1], texel[2]]).collect();
     let stack = Stack::new(&layers, side * side, sky);
@@ -171,7 +162,13 @@ pub(super) fn solve(columns: &[ColumnMaps], inputs: &LightInputs<'_>) -> Between
     };
     let (entering, ground) = (colours(|c| sun[c] + sky[c]), colours(absorbed));
     let leaving = colours(|c| lit.escaping.iter().map(|texel| f64::from(texel[c])).sum::<f64>() / count);
-    let clouds = colours(|c| entering[c] - leaving[c] - ground[c]);
+    // Of the sun's light each layer keeps what neither goes on as a beam nor leaves it scattered.
+    let suns = columns.iter().enumerate().zip(sources.iter().rev()).map(|((number, maps), [down, up, ..])| {
+        let arriving = |c: usize| columns.get(number + 1).map_or(1.0, |above| mean(&above.beam, c));
+        let scattered = |map: &[[f32; 3]], c: usize| map.iter().map(|texel| f64::from(texel[c])).sum::<f64>() / count;
+        colours(|c| sun[c] * (arriving(c) - mean(&maps.beam, c)) - scattered(down, c) - scattered(up, c))
+    });
+    let clouds = suns.fold(lit.absorbed, |sum, layer| colours(|c| sum[c] + layer[c]));
     let energy = Energy { entering, leaving, ground, clouds };
     Between { layers: lit.layers.into_iter().rev().collect(), gathered: exchanged.gathered, shares, energy }
 }

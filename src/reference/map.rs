@@ -1,6 +1,7 @@
 //! Textures and their samples. Twin of `shaders/shared/sampling_*.wgsl`.
 
 use crate::gpu::HostMap;
+use crate::periodic::Between;
 use glam::{DVec3, DVec4};
 use rayon::prelude::*;
 
@@ -46,11 +47,7 @@ impl Map {
 
     /// Bilinear sample of a map that repeats with period 1 in uv; texel centres lie at half-integers.
     pub fn sample_periodic(&self, uv: [f64; 2]) -> [f64; 4] {
-        let axis = |uv: f64, size: usize| {
-            let place = (uv - uv.floor()) * size as f64 - 0.5;
-            let low = (place.floor() as i64).rem_euclid(size as i64) as usize;
-            (low, (low + 1) % size, place - place.floor())
-        };
+        let axis = |uv: f64, size: usize| Between::new(uv - uv.floor(), size);
         self.blend(axis(uv[0], self.width), axis(uv[1], self.height))
     }
 
@@ -59,17 +56,17 @@ impl Map {
         let axis = |uv: f64, size: usize| {
             let place = (uv * size as f64 - 0.5).clamp(0.0, (size - 1) as f64);
             let low = place as usize;
-            (low, (low + 1).min(size - 1), place - low as f64)
+            Between { low, high: (low + 1).min(size - 1), part: place - low as f64 }
         };
         self.blend(axis(uv[0], self.width), axis(uv[1], self.height))
     }
 
-    /// Columns and rows of the four texels (lower, higher), and the weight of the higher one on each axis.
-    fn blend(&self, x: (usize, usize, f64), y: (usize, usize, f64)) -> [f64; 4] {
+    /// The blend of the four texels about a place.
+    fn blend(&self, x: Between, y: Between) -> [f64; 4] {
         let at = |x, y| DVec4::from_array(self.texel(x, y));
-        let top = at(x.0, y.0).lerp(at(x.1, y.0), x.2);
-        let bottom = at(x.0, y.1).lerp(at(x.1, y.1), x.2);
-        top.lerp(bottom, y.2).to_array()
+        let top = at(x.low, y.low).lerp(at(x.high, y.low), x.part);
+        let bottom = at(x.low, y.high).lerp(at(x.high, y.high), x.part);
+        top.lerp(bottom, y.part).to_array()
     }
 }
 
