@@ -1,54 +1,32 @@
 //! Stage `field`: the thickness map of a layer at a time. Takes a pattern or an image, gives a periodic texture.
 //!
 //! Without turbulence a layer has one map for all times, in the frame that moves with the mean wind, which only shifts where
-//! the map is read ([`wind_offset`]). Where the wind is turbulent, `eddies` displace it: `clock` tells which two
+//! the map is read. Where the wind is turbulent, `eddies` displace it: `clock` tells which two
 //! layers of displacement live at a time, `motion` follows them on the device, and what they displace (`synthetic`: octaves
 //! of noise and cells; or an image) is blended and brought to the wanted distribution (`transfer`). A field is a function
 //! of seed and time alone.
 
 mod clock;
 pub(crate) mod eddies;
+mod map;
 mod motion;
 mod spectrum;
 mod synthetic;
 mod transfer;
 
-use crate::gpu::layout::{BOUNDS_TEXELS, Blend, Eddies, Histogram, Step};
+use crate::gpu::layout::{Blend, Eddies, Histogram, Step};
 use crate::gpu::{Gpu, GpuError, HostMap, Pass, Target, binds, shaders};
 use crate::image::Image;
 use crate::scene::quantity::Quantity as _;
 use crate::scene::{self, Thickness, Wind};
+pub(crate) use map::Field;
+use map::{bounds, count, find_bounds, read_bins};
 use motion::{Displaced, Motion};
 pub use spectrum::power_spectrum;
 use std::time::Instant;
 use synthetic::Synthetic;
 pub use synthetic::SyntheticStages;
 pub use transfer::{Distribution, Transfer, calibrate, remap};
-
-/// A thickness map on the device.
-pub(crate) struct Field {
-    pub(crate) thickness: Target,
-    /// Least and greatest thickness of blocks of texels.
-    pub(crate) bounds: Target,
-    /// Greatest thickness, metres.
-    pub(crate) depth_m: f32,
-    /// Greatest thickness at any time, metres: the height of the plane that views from above refer to.
-    pub(crate) top_m: f32,
-}
-
-impl Field {
-    /// A field of a map that lies on the device.
-    fn of(gpu: &Gpu, thickness: Target, greatest_m: f32, deadline: Option<Instant>) -> Result<Self, GpuError> {
-        let bounds = bounds(gpu, &thickness);
-        gpu.run("field_bounds", deadline, &[find_bounds(&thickness, &bounds)])?;
-        Ok(Self { thickness, bounds, depth_m: greatest_m, top_m: greatest_m })
-    }
-
-    /// Whether the map is the same everywhere.
-    pub(crate) fn is_uniform(&self) -> bool {
-        self.thickness.width * self.thickness.height == 1
-    }
-}
 
 /// What a layer's field is made from, for all times. Holds what was computed last, so that the next time is near.
 pub(crate) struct Source {
@@ -333,29 +311,6 @@ impl Picture {
 
 fn uniform(gpu: &Gpu, metres: f32, deadline: Option<Instant>) -> Result<Field, GpuError> {
     Field::of(gpu, gpu.texture_from("thickness", [1, 1], 1, &[metres]), metres, deadline)
-}
-
-/// Room for the bounds of a map's blocks.
-fn bounds(gpu: &Gpu, map: &Target) -> Target {
-    gpu.texture("bounds", [map.width, map.height].map(|side| side.div_ceil(BOUNDS_TEXELS)), 2, 1)
-}
-
-fn find_bounds(map: &Target, bounds: &Target) -> Pass {
-    Pass::new(&shaders::FIELD_BOUNDS, [bounds.width, bounds.height], binds![map, &bounds.levels[0]])
-}
-
-/// Workgroups that count: enough for every core of a device, and few enough that adding up their bins costs little.
-const COUNTING_GROUPS: u32 = 64;
-
-/// Counts a field's values into zeroed bins.
-fn count(gpu: &Gpu, histogram: &Histogram, field: &wgpu::Buffer, bins: &wgpu::Buffer) -> Pass {
-    let threads = COUNTING_GROUPS * shaders::FIELD_HISTOGRAM.workgroup[0];
-    let binds = binds![&gpu.uniform("histogram", histogram), field, bins];
-    Pass::new(&shaders::FIELD_HISTOGRAM, [threads, 1], binds)
-}
-
-fn read_bins(gpu: &Gpu, bins: &wgpu::Buffer, deadline: Option<Instant>) -> Result<Vec<u32>, GpuError> {
-    Ok(gpu.read(bins, transfer::BINS, deadline)?.into_iter().map(f32::to_bits).collect())
 }
 
 /// Where the mean wind has carried a layer: as its map is made, and as it is read.

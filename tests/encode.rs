@@ -636,14 +636,17 @@ fn shapes_that_do_not_fit_are_refused() {
 
 #[test]
 fn files_written_here_are_decoded_here() {
-    let data = ramp(3 * 5 * 4);
-    let texture = pixels(3, 5, &RGBA, &data);
-    let colors: Vec<f32> = data.chunks(4).flat_map(|texel| texel[..3].to_vec()).collect();
+    let data = ramp(3 * 5 * 3);
+    let texture = pixels(3, 5, &["R", "G", "B"], &data);
     for depth in [Depth::Half, Depth::Float] {
         let image = decode(&exr(&texture, Some(depth)).bytes, &ImageLimits::default()).unwrap();
         assert_eq!((image.width, image.height, image.channels, image.encoding), (3, 5, 3, ImageEncoding::Float));
-        assert_eq!(image.data, colors);
+        assert_eq!(image.data, data);
     }
+    // A cloud is no map: its alpha would be lost.
+    let data = ramp(3 * 5 * 4);
+    let refused = decode(&exr(&pixels(3, 5, &RGBA, &data), None).bytes, &ImageLimits::default());
+    assert!(refused.unwrap_err().to_string().contains("alpha"));
     let mask: Vec<f32> = (0..15).map(|i| i as f32 / 15.0).collect();
     let texture = pixels(3, 5, &["Y"], &mask);
     for (depth, error) in [(PictureDepth::Eight, 0.5 / 255.0), (PictureDepth::Sixteen, 0.5 / 65535.0)] {

@@ -1,7 +1,7 @@
 //! Synthetic fields: octaves of noise with a -5/3 spectrum, and convective cells.
 
+use super::map::{Field, bounds, count, find_bounds, read_bins};
 use super::transfer::{self, Distribution, calibrate};
-use super::{Field, bounds, count, find_bounds, read_bins};
 use crate::gpu::layout::{Blend, Cells, Histogram, Octaves, Transfer};
 use crate::gpu::{Gpu, GpuError, HostMap, Pass, Target, binds, shaders};
 use crate::scene::quantity::Quantity as _;

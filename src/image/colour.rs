@@ -1,6 +1,6 @@
 //! What files say of their colours, and the way from other primaries to those of Rec.709.
 
-use super::ImageError;
+use super::error::ImageError;
 
 /// A 3 x 3 matrix, row by row.
 pub type Matrix = [[f64; 3]; 3];

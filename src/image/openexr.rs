@@ -1,5 +1,6 @@
 //! OpenEXR: blocks are found through the offset table and checked before the codecs of the `exr` crate see them.
 
+mod bytes;
 mod channels;
 mod header;
 
@@ -9,57 +10,16 @@ use exr::math::Vec2;
 use exr::meta::attribute::{Compression, IntegerBounds, SampleType};
 use half::f16;
 
+use self::bytes::Bytes;
 use self::channels::Channel;
 use self::header::Layout;
-use super::{Image, ImageEncoding, ImageError, ImageLimits, WrongTexels};
+use super::error::{ImageError, broken};
+use super::limits::ImageLimits;
+use super::picture::{Image, ImageEncoding};
+use super::texels::WrongTexels;
 
 /// First bytes of every OpenEXR file.
 pub(super) const MAGIC: [u8; 4] = [0x76, 0x2f, 0x31, 0x01];
-
-fn broken(reason: impl ToString) -> ImageError {
-    ImageError::Broken(reason.to_string())
-}
-
-/// Reads little-endian numbers from the front of a byte slice.
-struct Bytes<'a>(&'a [u8]);
-
-impl<'a> Bytes<'a> {
-    fn array<const N: usize>(&mut self) -> Result<[u8; N], ImageError> {
-        let (head, rest) = self.0.split_first_chunk::<N>().ok_or_else(|| broken("the file ends too early"))?;
-        self.0 = rest;
-        Ok(*head)
-    }
-
-    fn u8(&mut self) -> Result<u8, ImageError> {
-        self.array().map(u8::from_le_bytes)
-    }
-
-    fn i32(&mut self) -> Result<i32, ImageError> {
-        self.array().map(i32::from_le_bytes)
-    }
-
-    fn u64(&mut self) -> Result<u64, ImageError> {
-        self.array().map(u64::from_le_bytes)
-    }
-
-    /// The next `count` bytes; a negative count is an error.
-    fn take(&mut self, count: i32) -> Result<&'a [u8], ImageError> {
-        let (head, rest) = usize::try_from(count)
-            .ok()
-            .and_then(|count| self.0.split_at_checked(count))
-            .ok_or_else(|| broken("a length reaches beyond the end of the file"))?;
-        self.0 = rest;
-        Ok(head)
-    }
-
-    /// The bytes up to the next zero byte, which is passed over; names are at most 255 bytes.
-    fn name(&mut self) -> Result<&'a [u8], ImageError> {
-        let end = self.0.iter().take(256).position(|&byte| byte == 0).ok_or_else(|| broken("a name has no end"))?;
-        let (name, rest) = self.0.split_at(end);
-        self.0 = rest.get(1..).unwrap_or_default();
-        Ok(name)
-    }
-}
 
 /// Decodes an OpenEXR file; see [`super::decode`].
 pub(super) fn decode(bytes: &[u8], limits: &ImageLimits) -> Result<Image, ImageError> {
@@ -78,7 +38,7 @@ pub(super) fn decode(bytes: &[u8], limits: &ImageLimits) -> Result<Image, ImageE
     let (width, height) = (layout.picture.width, layout.picture.height);
     let channels = if layout.chosen.samples.len() == 1 { 1 } else { 3 };
     let image = Image::new(width, height, channels, picture.data, ImageEncoding::Float)?.with_colour(layout.colour);
-    Ok(Image { empty: layout.empty, ..image })
+    Ok(image.with_empty(layout.empty))
 }
 
 /// The display window while it is filled.

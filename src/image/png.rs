@@ -8,17 +8,14 @@ use std::io::Cursor;
 use image::codecs::png::PngDecoder;
 use image::{ColorType, ImageDecoder as _, Limits};
 
-use super::{Image, ImageEncoding, ImageError, ImageLimits, WrongTexels};
-
-/// First bytes of every PNG file.
-pub(super) const SIGNATURE: [u8; 8] = *b"\x89PNG\r\n\x1a\n";
+pub(super) use self::chunks::SIGNATURE;
+use super::error::{ImageError, broken};
+use super::limits::ImageLimits;
+use super::picture::{Image, ImageEncoding};
+use super::texels::WrongTexels;
 
 /// Working memory of the decoder besides the texels, in bytes: a few rows, the inflate window and a colour profile.
 const WORKING_MEMORY: u64 = 16 << 20;
-
-fn broken(reason: impl ToString) -> ImageError {
-    ImageError::Broken(reason.to_string())
-}
 
 /// Decodes a PNG file; see [`super::decode`].
 pub(super) fn decode(bytes: &[u8], limits: &ImageLimits) -> Result<Image, ImageError> {

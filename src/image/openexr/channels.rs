@@ -3,8 +3,8 @@
 use exr::math::Vec2;
 use exr::meta::attribute::{ChannelDescription, SampleType, Text};
 
-use super::{Bytes, broken};
-use crate::image::ImageError;
+use super::bytes::Bytes;
+use crate::image::error::{ImageError, broken};
 
 /// More channels than any map has; bounds the memory of one block.
 const MAX_CHANNELS: usize = 32;

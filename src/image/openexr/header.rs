@@ -8,10 +8,11 @@ use exr::meta::BlockDescription;
 use exr::meta::attribute::{Compression, IntegerBounds, LevelMode, LineOrder, Text, TileDescription};
 use exr::meta::header::Header;
 
+use super::bytes::Bytes;
 use super::channels::{self, Chosen};
-use super::{Bytes, broken};
+use crate::image::ImageLimits;
 use crate::image::colour::{self, Colour};
-use crate::image::{ImageError, ImageLimits};
+use crate::image::error::{ImageError, broken};
 
 /// Largest block in bytes: a tile of 2048 x 2048 texels with four float channels. Blocks are held one at a time, but
 /// some codecs need several times their size.

@@ -2,9 +2,12 @@
 
 use image::metadata::Orientation;
 
-use super::{SIGNATURE, broken, profile};
-use crate::image::ImageError;
+use super::profile;
 use crate::image::colour::{self, Colour};
+use crate::image::error::{ImageError, broken};
+
+/// First bytes of every PNG file.
+pub(in crate::image) const SIGNATURE: [u8; 8] = *b"\x89PNG\r\n\x1a\n";
 
 /// Content of the chunks that say how samples are meant; the first of each kind.
 #[derive(Default)]
