@@ -1,7 +1,7 @@
 //! Stage `field`: the thickness map of a layer at a time. Takes a pattern or an image, gives a periodic texture.
 //!
 //! Without turbulence a layer has one map for all times, in the frame that moves with the mean wind, which only shifts where
-//! the map is read ([`wind_offset`]). Where the wind is turbulent, `eddies` displace it: `clock` tells which two
+//! the map is read (`wind_offset`). Where the wind is turbulent, `eddies` displace it: `clock` tells which two
 //! layers of displacement live at a time, `motion` follows them on the device, and what they displace (`synthetic`: octaves
 //! of noise and cells; or an image) is blended and brought to the wanted distribution (`transfer`). A field is a function
 //! of seed and time alone.

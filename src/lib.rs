@@ -10,7 +10,7 @@
 //! | [`slab`] | droplet mix | fluxes of a slab by adding-doubling; closed forms of the first orders of scattering |
 //! | [`tables`] | droplet mix | the two above, kept in memory and on disk |
 //! | [`field`] | scene | the thickness map |
-//! | [`slice`] | sun | tables as textures; the closure of the orders |
+//! | [`mod@slice`] | sun | tables as textures; the closure of the orders |
 //! | [`exchange`] | moment | light between layers of cloud, and between cloud and ground |
 //! | `light` | moment | sun, sky and ground light at cloud base and ground |
 //! | [`shade`] | request | the texture asked for |
