@@ -8,7 +8,7 @@ LISTEN ?= 127.0.0.1:8080
 # One profile for running, testing and measuring: dependencies are compiled once.
 FLAGS := --release --locked
 
-.PHONY: help run test driver fmt bench pictures charts
+.PHONY: help run test driver fmt bench pictures charts figures audit
 
 help:
 	@echo "make run       start the server with its viewer on http://$(LISTEN) (LISTEN=ADDR:PORT for another place)"
@@ -16,6 +16,8 @@ help:
 	@echo "make bench     time of each stage, per texel"
 	@echo "make pictures  draw the pictures of README.md anew (docs/pictures)"
 	@echo "make charts    measure every method and draw the charts anew (docs/charts; some minutes)"
+	@echo "make figures   draw the figures of docs/method.md anew (docs/figures; needs Python 3)"
+	@echo "make audit     documentation, least Rust version, licences and known faults of the dependencies"
 	@echo "make fmt       format the code"
 
 # Finds a Vulkan driver, or installs the distribution's software one.
@@ -42,6 +44,12 @@ pictures: driver
 charts: driver
 	$(CARGO) build $(FLAGS)
 	target/release/skyloom chart
+
+figures:
+	docs/figures/draw.py
+
+audit:
+	@CARGO="$(CARGO)" .ci/audit
 
 fmt:
 	$(CARGO) fmt --all

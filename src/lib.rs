@@ -32,7 +32,7 @@
 //! | [`tables`] | droplet mix | the two above, kept in memory and in a [`store`] |
 //! | [`field`] | frame | the thickness map |
 //! | [`illumination`] | moment | the sun's direction and beam, and the sky |
-//! | [`slice`] | sun | tables as textures; the closure of the orders |
+//! | [`mod@slice`] | sun | tables as textures; the closure of the orders |
 //! | [`exchange`] | moment | light between layers of cloud, and between cloud and ground |
 //! | [`light`] | moment | sun, sky and ground light at cloud base and ground |
 //! | [`shade`] | request | the texture asked for, in its [`projection`] |
