@@ -186,6 +186,15 @@ impl Entry {
     }
 }
 
+/// Takes an entry's progress back when its making ends, however it ends.
+struct Making<'a>(&'a Entry);
+
+impl Drop for Making<'_> {
+    fn drop(&mut self) {
+        *lock(&self.0.progress) = None;
+    }
+}
+
 fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     // What these hold is whole after every single write, also if a thread died in between.
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
@@ -216,6 +225,7 @@ impl TableLibrary {
             }
             Arc::clone(entries.entry(mix.key()).or_default())
         };
+        let _making = Making(&entry);
         let share = if detail.is_some() { MIX_SHARE } else { 1.0 };
         let report = |part: f64| {
             *lock(&entry.progress) = Some(part);
@@ -226,7 +236,6 @@ impl TableLibrary {
         if let Some(detail) = detail {
             self.radiance(&tables, detail, &|part| report(share + (1.0 - share) * part));
         }
-        *lock(&entry.progress) = None;
         Ok(tables)
     }
 
@@ -254,7 +263,7 @@ impl TableLibrary {
 
     /// Whether the tables of a mix are in memory.
     pub fn ready(&self, mix: &Mix) -> bool {
-        lock(&self.entries).get(&mix.key()).is_some_and(|entry| entry.tables.get().is_some())
+        lock(&self.entries).get(&mix.key()).is_some_and(|entry| matches!(entry.tables.get(), Some(Ok(_))))
     }
 
     /// How far the tables of a mix are, 0 to 1, while they are being made.

@@ -1,8 +1,8 @@
 //! Mixes: what is refused, how they are named and stored.
 
-use std::sync::{Arc, Mutex};
+use std::sync::Mutex;
 
-use skyloom::optics::{Channel, Mix, Sampling, channels, channels_sampled};
+use skyloom::optics::{Channel, Mix, PhaseTable, Sampling, channels, channels_sampled};
 
 use crate::{REFERENCE_INDEX, reference_channels};
 
@@ -13,6 +13,7 @@ fn mixes_out_of_range_are_refused() {
         broadness,
         refractive_index,
     };
+    let even = PhaseTable::new(&[(0.0, 1.0), (180.0, 1.0)]).unwrap();
     for mix in [
         gamma(0.4, 2.0, None),
         gamma(51.0, 2.0, None),
@@ -21,7 +22,7 @@ fn mixes_out_of_range_are_refused() {
         gamma(7.0, 2.0, Some([1.33, 1.0, 1.33])),
         Mix::HenyeyGreenstein { asymmetry: 0.5, albedo: 1.1 },
         Mix::HenyeyGreenstein { asymmetry: 1.0, albedo: 1.0 },
-        Mix::Tabulated { points: Arc::from([]), albedo: 1.0 },
+        Mix::Tabulated { table: even.clone(), albedo: -0.1 },
     ] {
         assert!(channels(&mix, &|_| {}).is_err(), "{}", mix.describe());
     }
@@ -52,7 +53,7 @@ fn channels_survive_the_store_bit_by_bit() {
 #[test]
 fn keys_name_mixes_exactly() {
     let gamma = |r: f64, index| Mix::Gamma { effective_radius_um: r, broadness: 2.0, refractive_index: index };
-    let table = |v: f64| Mix::Tabulated { points: Arc::from([(0.0, 1.0), (180.0, v)]), albedo: 1.0 };
+    let table = |v: f64| Mix::Tabulated { table: PhaseTable::new(&[(0.0, 1.0), (180.0, v)]).unwrap(), albedo: 1.0 };
     let mixes = [
         gamma(7.0, None),
         gamma(7.0_f64.next_up(), None),

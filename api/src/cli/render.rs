@@ -162,7 +162,7 @@ pub(super) fn read_scene(path: &Path, unknown: Unknown) -> Result<(Scene, Images
         images.insert(sha256.clone(), Arc::new(image));
         Ok(sha256)
     };
-    let scene = Scene::with_image_names(&text, &mut resolve)?;
+    let scene = Scene::with_image_names(&text, &mut resolve).map_err(|error| Fault::scene(path, &error))?;
     Ok((scene, images))
 }
 
