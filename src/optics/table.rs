@@ -17,7 +17,7 @@ const ROUNDING_DEG: f64 = 1e-3;
 const LARGEST_RADIANS: f64 = 3.2;
 /// Part of the light that may be scattered by other angles than the table says, for want of finer ones.
 const MOST_MISPLACED: f64 = 0.01;
-/// Part of the light that hangs on how the table is read between its points, from which on that is told.
+/// Part of the light whose place hangs on how the table is read between its points, from which on that is told.
 const DOUBTFUL: f64 = 0.02;
 
 /// A table of a phase function that was checked, and the function on the common grid of angles.
@@ -121,7 +121,7 @@ impl fmt::Display for Doubt {
         write!(
             out,
             "coarse between {from} and {to} degrees: {share:.1} % of the light is scattered by these angles as the table is \
-             read, with log P linear between points, and {otherwise:.1} % with another reading; more points there would tell"
+             read, with log P linear between points, and {otherwise:.1} % if P itself were; more points there would tell"
         )
     }
 }
@@ -257,12 +257,13 @@ impl Light {
     }
 
     fn doubt(&self, pieces: &[Piece]) -> Option<Doubt> {
-        let apart = |[read, otherwise]: [f64; 2]| (read - otherwise).abs();
-        let all: f64 = self.of_piece.iter().map(|sums| apart(*sums)).sum();
-        let worst = pieces.iter().zip(&self.of_piece).max_by(|a, b| apart(*a.1).total_cmp(&apart(*b.1)));
-        let (piece, [read, otherwise]) = worst.filter(|_| all > DOUBTFUL * self.total)?;
-        let share = read / self.total;
-        let otherwise = otherwise / (self.total - read + otherwise);
+        let otherwise: f64 = self.of_piece.iter().map(|sums| sums[1]).sum();
+        let shares = |sums: &[f64; 2]| [sums[0] / self.total, sums[1] / otherwise];
+        let apart = |[a, b]: [f64; 2]| (a - b).abs();
+        self.of_piece.iter().find(|sums| apart(shares(sums)) > DOUBTFUL)?;
+        // Where light is taken away, all else has more of it: the cause is where the light itself differs.
+        let (piece, sums) = pieces.iter().zip(&self.of_piece).max_by(|a, b| apart(*a.1).total_cmp(&apart(*b.1)))?;
+        let [share, otherwise] = shares(sums);
         Some(Doubt { between_deg: [piece.from, piece.to], share, otherwise })
     }
 }
@@ -296,8 +297,9 @@ fn sampled(pieces: &[Piece], light: &Light) -> Result<PhaseFunction, String> {
     let values: Vec<f64> = grid_deg().iter().map(value).collect();
     let too_fine = |part: f64| {
         format!(
-            "{:.0} % of the light would be scattered by other angles than the table says: it is finer than the angles at which \
-             phase functions are kept, 0.01 degrees apart around 0 and 180 degrees and up to 0.5 degrees around 90",
+            "{:.0} % of the light would be scattered by other angles than the table says: it is finer than phase functions are \
+             kept, at angles 0.01 degrees apart around 0 and 180 degrees and up to 0.5 degrees around 90, down to 1e-12 of the \
+             largest value",
             100.0 * part
         )
     };

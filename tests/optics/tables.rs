@@ -118,11 +118,11 @@ fn broken_tables_are_refused_with_a_reason() {
         (vec![(0.0, -1.0), (180.0, 1.0)], Some(0), "0 or more"),
         (vec![(0.0, 1.0), (180.0, f64::INFINITY)], Some(1), "0 or more"),
         (vec![(0.0, 0.0), (180.0, 0.0)], None, "all values are 0"),
-        (spike(45.01, 45.03, 45.05), None, "finer than the angles"),
-        (spike(90.001, 90.002, 90.003), None, "finer than the angles"),
-        (spike(1e-300, 2e-300, 3e-300), None, "finer than the angles"),
+        (spike(45.01, 45.03, 45.05), None, "finer than phase functions are kept"),
+        (spike(90.001, 90.002, 90.003), None, "finer than phase functions are kept"),
+        (spike(1e-300, 2e-300, 3e-300), None, "finer than phase functions are kept"),
         // A peak that takes most of the light, from a tenth of the finest step on.
-        (vec![(0.0, 1e12), (1e-3, 1.0), (180.0, 1.0)], None, "finer than the angles"),
+        (vec![(0.0, 1e12), (1e-3, 1.0), (180.0, 1.0)], None, "finer than phase functions are kept"),
     ] {
         let found = fault(&points);
         assert!(found.detail.contains(reason) && found.point == point, "{points:?}: {found}");
@@ -196,7 +196,7 @@ proptest! {
                 prop_assert!(channels(&mix, &|_| ()).is_ok());
             }
             Err(TableFault { detail, .. }) => {
-                prop_assert!(detail.contains("all values are 0") || detail.contains("finer than the angles"), "{}", detail);
+                prop_assert!(detail.contains("all values are 0") || detail.contains("finer than phase functions are kept"), "{}", detail);
             }
         }
     }
