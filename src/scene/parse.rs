@@ -172,6 +172,8 @@ fn layers(reader: &mut Reader, root: &Object<'_>, resolve: Resolve<'_>) -> Optio
 fn base_m(layer: &Value) -> Option<BaseM> {
     match layer.as_object()?.get("base_m") {
         Some(value) => BaseM::try_from(value.as_f64()?).ok(),
+        // Misspelt, which is told elsewhere.
+        None if is_given(layer, "base_m") => None,
         None => default(BASE_M),
     }
 }

@@ -158,7 +158,7 @@ fn a_phase_function_that_cannot_be_used_is_refused_with_the_scene() {
         answer.names(422, "/layers/0/droplets/phase_function");
         assert!(answer.text().contains(word), "{}", answer.text());
     }
-    let droplets = json!({ "phase_function": [[0, 1e12], [0.02, 1], [180, 1e-300]], "extinction_per_m": 0.02 });
+    let droplets = json!({ "phase_function": [[0, 1e12], [0.02, 1], [180, 1]], "extinction_per_m": 0.02 });
     let mut odd = scene();
     odd["layers"][0]["droplets"] = droplets;
     let sky = common.server.sky(&odd);

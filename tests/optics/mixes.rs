@@ -2,7 +2,9 @@
 
 use std::sync::Mutex;
 
-use skyloom::optics::{Channel, Mix, PhaseTable, Sampling, channels, channels_sampled};
+use skyloom::optics::{
+    BROADNESS, Channel, EFFECTIVE_RADIUS_UM, Mix, PhaseTable, REAL_INDEX, Sampling, channels, channels_sampled,
+};
 
 use crate::{REFERENCE_INDEX, reference_channels};
 
@@ -25,6 +27,26 @@ fn mixes_out_of_range_are_refused() {
         Mix::Tabulated { table: even.clone(), albedo: -0.1 },
     ] {
         assert!(channels(&mix, &|_| {}).is_err(), "{}", mix.describe());
+    }
+}
+
+/// All that a scene may ask for can be computed: the ends of all ranges together.
+#[test]
+fn droplets_at_the_ends_of_their_ranges_have_optics() {
+    let ends = |range: std::ops::RangeInclusive<f64>| [*range.start(), *range.end()];
+    let [low, high] = ends(REAL_INDEX);
+    for effective_radius_um in ends(EFFECTIVE_RADIUS_UM) {
+        for broadness in ends(BROADNESS) {
+            for refractive_index in [None, Some([low; 3]), Some([high, low, 1.33])] {
+                let mix = Mix::Gamma { effective_radius_um, broadness, refractive_index };
+                let sampling = Sampling { wavelengths: 1, radii: 12 };
+                for channel in channels_sampled(&mix, &sampling, &|_| {}).unwrap() {
+                    assert!(channel.cross_section_um2 > 0.0 && channel.cross_section_um2.is_finite());
+                    assert!((0.5..=1.0).contains(&channel.albedo), "{}: {}", mix.describe(), channel.albedo);
+                    assert!(channel.moments.iter().all(|moment| moment.abs() <= 1.0 + 1e-9), "{}", mix.describe());
+                }
+            }
+        }
     }
 }
 
