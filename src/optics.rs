@@ -13,7 +13,6 @@
 
 use std::fmt::Write as _;
 use std::ops::RangeInclusive;
-use std::sync::Arc;
 
 use sha2::{Digest, Sha256};
 
@@ -24,6 +23,7 @@ pub mod phase;
 pub mod quadrature;
 pub mod size;
 mod store;
+mod table;
 pub mod water;
 
 pub use ensemble::Sampling;
@@ -31,6 +31,7 @@ pub use moments::{moments, resum};
 pub use phase::{Cut, PhaseFunction};
 pub use quadrature::gauss_legendre;
 pub use size::SizeDistribution;
+pub use table::{Doubt, PhaseTable, TABLE_POINTS, TableFault};
 
 /// Wavelengths of the channels red, green, blue, nm.
 pub const WAVELENGTHS_NM: [f64; 3] = [650.0, 550.0, 450.0];
@@ -68,9 +69,8 @@ pub enum Mix {
     },
     /// A phase function given by a table; extinction is the caller's.
     Tabulated {
-        /// (scattering angle in degrees, value proportional to P), see
-        /// [`PhaseFunction::tabulated`].
-        points: Arc<[(f64, f64)]>,
+        /// The table.
+        table: PhaseTable,
         /// Single-scattering albedo, 0..1.
         albedo: f64,
     },
@@ -90,11 +90,11 @@ impl Mix {
             Self::HenyeyGreenstein { asymmetry, albedo } => {
                 format!("hg-{}-{}", bits(*asymmetry), bits(*albedo))
             }
-            Self::Tabulated { points, albedo } => {
+            Self::Tabulated { table, albedo } => {
                 let mut hash = Sha256::new();
-                for (angle, value) in points.iter() {
-                    hash.update((angle + 0.0).to_bits().to_le_bytes());
-                    hash.update((value + 0.0).to_bits().to_le_bytes());
+                for (angle, value) in table.points() {
+                    hash.update(angle.to_bits().to_le_bytes());
+                    hash.update(value.to_bits().to_le_bytes());
                 }
                 let mut key = "table-".to_owned();
                 for byte in hash.finalize().iter().take(16) {
@@ -118,8 +118,8 @@ impl Mix {
             Self::HenyeyGreenstein { asymmetry, albedo } => {
                 format!("Henyey-Greenstein phase function, asymmetry {asymmetry}, albedo {albedo}")
             }
-            Self::Tabulated { points, albedo } => {
-                format!("phase function of {} points, albedo {albedo}", points.len())
+            Self::Tabulated { table, albedo } => {
+                format!("phase function of {} points, albedo {albedo}", table.points().len())
             }
         }
     }
@@ -201,7 +201,7 @@ pub fn channels_sampled(
         Mix::HenyeyGreenstein { asymmetry, albedo } => {
             given(PhaseFunction::henyey_greenstein(*asymmetry)?, *albedo, progress)
         }
-        Mix::Tabulated { points, albedo } => given(PhaseFunction::tabulated(points)?, *albedo, progress),
+        Mix::Tabulated { table, albedo } => given(table.phase().clone(), *albedo, progress),
     }
 }
 

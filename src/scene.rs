@@ -4,18 +4,21 @@
 //! ([`Scene::to_json`]) and is named by a hash of that text ([`Scene::id`]). Axes and units: metres, seconds, degrees;
 //! east = +x, north = +y, up = +z; azimuths clockwise from north; zenith angles from straight up.
 
+mod encoding;
+mod fields;
 mod images;
 mod json;
 mod parse;
 pub mod quantity;
 mod read;
+mod spelling;
 mod write;
 
-use crate::optics::Mix;
+use crate::optics::{Mix, PhaseTable};
+pub use fields::{Allowed, Field, GROUPS, Group};
 pub use images::ImageFindings;
 use quantity::*;
 use sha2::{Digest, Sha256};
-use std::sync::Arc;
 
 /// One wrong field: where it is and what is allowed there.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -165,6 +168,7 @@ pub enum Pattern {
 
 impl Pattern {
     const ALL: [(&'static str, Self); 3] = [("closed", Self::Closed), ("open", Self::Open), ("fractal", Self::Fractal)];
+    const WORDS: [&'static str; 3] = [Self::ALL[0].0, Self::ALL[1].0, Self::ALL[2].0];
 }
 
 /// What scatters light in a layer.
@@ -194,8 +198,8 @@ pub enum Droplets {
     },
     /// A phase function given as a table, the same in all channels.
     Tabulated {
-        /// Scattering angle in degrees and value, angles ascending.
-        points: Arc<[(f64, f64)]>,
+        /// The table.
+        table: PhaseTable,
         /// Extinction.
         extinction_per_m: ExtinctionPerM,
         /// Single-scattering albedo.
@@ -297,15 +301,23 @@ impl Scene {
         found
     }
 
-    /// Fields that are accepted and kept but change nothing in this scene.
+    /// Fields that are accepted but change nothing in this scene, or leave open what is meant.
     pub fn notes(&self) -> Vec<FieldError> {
-        let idle =
-            |layer: &Layer| layer.wind.turbulence_m_s.get() > 0.0 && matches!(layer.thickness, Thickness::Uniform(_));
-        let note = |(i, _)| FieldError {
-            pointer: format!("/layers/{i}/wind/turbulence_m_s"),
-            detail: "kept, without effect: a layer of the same thickness everywhere has nothing to move".to_owned(),
-        };
-        self.layers.iter().enumerate().filter(|(_, layer)| idle(layer)).map(note).collect()
+        let mut notes = Vec::new();
+        for (i, layer) in self.layers.iter().enumerate() {
+            if layer.wind.turbulence_m_s.get() > 0.0 && matches!(layer.thickness, Thickness::Uniform(_)) {
+                let detail = "kept, without effect: a layer of the same thickness everywhere has nothing to move";
+                let pointer = format!("/layers/{i}/wind/turbulence_m_s");
+                notes.push(FieldError { pointer, detail: detail.to_owned() });
+            }
+            if let Droplets::Tabulated { table, .. } = &layer.droplets
+                && let Some(doubt) = table.doubt()
+            {
+                let pointer = format!("/layers/{i}/droplets/phase_function");
+                notes.push(FieldError { pointer, detail: doubt.to_string() });
+            }
+        }
+        notes
     }
 
     /// The droplet mixes whose tables a rendering needs, in the order of the layers.
@@ -351,9 +363,7 @@ impl Droplets {
             Self::HenyeyGreenstein { asymmetry, albedo, .. } => {
                 Mix::HenyeyGreenstein { asymmetry: asymmetry.get(), albedo: albedo.get() }
             }
-            Self::Tabulated { points, albedo, .. } => {
-                Mix::Tabulated { points: Arc::clone(points), albedo: albedo.get() }
-            }
+            Self::Tabulated { table, albedo, .. } => Mix::Tabulated { table: table.clone(), albedo: albedo.get() },
         }
     }
 

@@ -10,7 +10,7 @@ use std::sync::LazyLock;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::time::{Duration, Instant};
 
-use skyloom::optics::{PhaseFunction, moments, resum};
+use skyloom::optics::{PhaseFunction, PhaseTable, moments, resum};
 use skyloom::reference::monte_carlo::{
     Effort, Estimate, Fluxes, MonteCarloError, RadianceEstimate, Side, SlabProblem, View, fluxes, radiance,
 };
@@ -39,7 +39,7 @@ fn number(field: &str) -> f64 {
 static DROPLETS: LazyLock<PhaseFunction> = LazyLock::new(|| {
     let rows = data("phase_re07_G550.csv");
     let points: Vec<(f64, f64)> = rows.iter().map(|row| (number(&row[0]), number(&row[1]))).collect();
-    PhaseFunction::tabulated(&points).unwrap()
+    PhaseTable::new(&points).unwrap().phase().clone()
 });
 
 static ISOTROPIC: LazyLock<PhaseFunction> = LazyLock::new(|| PhaseFunction::henyey_greenstein(0.0).unwrap());

@@ -100,6 +100,7 @@ fn numbers_out_of_range_are_refused_with_the_range() {
         ("/sun/angular_diameter_deg", json!(10.1)),
         ("/sun/angular_diameter_deg", json!(-0.1)),
         ("/atmosphere/sun", json!([1, 2])),
+        ("/atmosphere/sun", json!(-1)),
         ("/atmosphere/sky/1", json!(-1)),
         ("/ground/albedo/2", json!(1.01)),
         ("/layers/0/base_m", json!(20001)),

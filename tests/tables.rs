@@ -115,6 +115,21 @@ fn a_folder_that_cannot_be_written_is_no_failure() {
     std::fs::remove_file(file).unwrap();
 }
 
+/// Tables that cannot be made, by a mix that no scene can name, are not being made for ever.
+#[test]
+fn a_failure_ends_the_making() {
+    let library = TableLibrary::new(None);
+    let wrong = Mix::HenyeyGreenstein { asymmetry: 2.0, albedo: 1.0 };
+    for _ in 0..2 {
+        assert!(library.get(&wrong, Some(Detail::Coarse), &|_| ()).is_err());
+        assert!(!library.ready(&wrong) && library.progress(&wrong).is_none());
+    }
+    let cut_off = std::panic::AssertUnwindSafe(|| library.get(&mix(0.2), None, &|_| panic!("cut off")));
+    assert!(std::panic::catch_unwind(cut_off).is_err());
+    assert!(!library.ready(&mix(0.2)) && library.progress(&mix(0.2)).is_none());
+    assert!(library.get(&mix(0.2), None, &|_| ()).is_ok());
+}
+
 #[test]
 fn many_callers_make_a_mix_once() {
     let library = TableLibrary::new(None);

@@ -3,7 +3,6 @@
 use std::ffi::OsString;
 use std::fmt::Write as _;
 use std::io::{IsTerminal as _, Read as _, Write as _};
-use std::net::SocketAddr;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
@@ -12,7 +11,7 @@ use skyloom::chart::CHARTS;
 use skyloom::request::{QUERY_PARAMETERS, TextureKind};
 use skyloom::scene::{FieldError, SceneError};
 
-use crate::config::Config;
+use crate::config::{Config, Listen};
 use crate::serve;
 
 mod chart;
@@ -33,15 +32,17 @@ impl Fault {
         let lines: Vec<_> = errors.iter().map(|error| format!("{}: {}", error.pointer, error.detail)).collect();
         Self::Usage(lines.join("\n"))
     }
-}
 
-impl From<SceneError> for Fault {
-    fn from(error: SceneError) -> Self {
-        match error {
-            SceneError::Unreadable(detail) => Self::Usage(format!("the scene cannot be read: {detail}")),
-            SceneError::Invalid(errors) => Self::fields(&errors),
-            other => Self::Usage(other.to_string()),
-        }
+    /// What is wrong with a scene, each line behind the name of its file.
+    fn scene(path: &Path, error: &SceneError) -> Self {
+        let file = path.display();
+        let lines = match error {
+            SceneError::Invalid(errors) => {
+                errors.iter().map(|error| format!("{file}: {}: {}", error.pointer, error.detail)).collect()
+            }
+            other => vec![format!("{file}: {other}")],
+        };
+        Self::Usage(lines.join("\n"))
     }
 }
 
@@ -113,9 +114,9 @@ fn command() -> Command {
                 .arg(
                     Arg::new("listen")
                         .long("listen")
-                        .value_name("ADDR:PORT")
-                        .value_parser(value_parser!(SocketAddr))
-                        .help("Address to listen on; port 0 picks a free one [default: 127.0.0.1:8080]"),
+                        .value_name("HOST:PORT")
+                        .value_parser(value_parser!(Listen))
+                        .help("Address or host name to listen on; port 0 picks a free one [default: 127.0.0.1:8080]"),
                 )
                 .arg(file("data").long("data").value_name("DIR").help("Folder of skies, images and tables [default: ./data]"))
                 .after_help(
@@ -133,7 +134,7 @@ fn command() -> Command {
                 .about("Checks a scene; prints it with every default spelled out")
                 .arg(scene())
                 .after_help(
-                    "Errors are printed one a line as `pointer: what is wrong and what is allowed`, with exit code 2.\n\
+                    "Errors are printed one a line as `file: pointer: what is wrong and what is allowed`, with exit code 2.\n\
                      Images may be named by path, relative to the scene file.\n\nExample:\n  skyloom check scene.json",
                 ),
         )
@@ -291,8 +292,8 @@ fn serve_command(options: &ArgMatches) -> Result<(), Fault> {
         Some(path) => Config::load(path).map_err(|error| Fault::Usage(error.to_string()))?,
         None => Config::default(),
     };
-    if let Some(listen) = options.get_one::<SocketAddr>("listen") {
-        config.server.listen = *listen;
+    if let Some(listen) = options.get_one::<Listen>("listen") {
+        config.server.listen.clone_from(listen);
     }
     if let Some(data) = options.get_one::<PathBuf>("data") {
         config.server.data.clone_from(data);
@@ -306,15 +307,15 @@ fn check(options: &ArgMatches) -> Result<(), Fault> {
     let (scene, _images) = render::read_scene(path, render::Unknown::Kept)?;
     let text = serde_json::to_string_pretty(&scene.to_json()).map_err(|error| Fault::Failure(error.to_string()))?;
     to_stdout(format!("{text}\n").as_bytes())?;
-    tell(&scene.notes());
+    tell(path, &scene.notes());
     Ok(())
 }
 
-/// Prints notes on stderr.
-fn tell(notes: &[FieldError]) {
+/// Prints notes on a scene on stderr.
+fn tell(path: &Path, notes: &[FieldError]) {
     for note in notes {
         // Nothing can be done when even stderr is closed.
-        writeln!(std::io::stderr(), "note: {}: {}", note.pointer, note.detail).unwrap_or_default();
+        writeln!(std::io::stderr(), "{}: note: {}: {}", path.display(), note.pointer, note.detail).unwrap_or_default();
     }
 }
 

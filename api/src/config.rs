@@ -1,8 +1,9 @@
 //! Settings of the server. Defaults live here and only here; `config/skyloom.toml` spells them out with comments.
 
 use std::fmt;
-use std::net::{IpAddr, Ipv4Addr, SocketAddr};
+use std::net::{SocketAddr, ToSocketAddrs as _};
 use std::path::{Path, PathBuf};
+use std::str::FromStr;
 use std::time::Duration;
 
 use serde::{Deserialize, Serialize};
@@ -27,8 +28,8 @@ pub struct Config {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Server {
-    /// Address and port to listen on; port 0 picks a free one.
-    pub listen: SocketAddr,
+    /// Address or host name, and port, to listen on; port 0 picks a free one.
+    pub listen: Listen,
     /// Folder of registered skies, images and computed tables.
     pub data: PathBuf,
     /// Permits an address that other machines can reach; there is no authentication.
@@ -43,6 +44,69 @@ pub struct Server {
     pub drain_s: u64,
     /// Seconds that running requests get to finish once the listener is closed.
     pub grace_s: u64,
+}
+
+/// Where to listen: as written, and the addresses that this means.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(try_from = "String", into = "String")]
+pub struct Listen {
+    text: String,
+    addresses: Vec<SocketAddr>,
+}
+
+impl Listen {
+    /// The addresses in the order in which they are tried: a host name may stand for several.
+    pub fn addresses(&self) -> &[SocketAddr] {
+        &self.addresses
+    }
+}
+
+impl FromStr for Listen {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        const EXPECTED: &str =
+            "ADDRESS:PORT or HOST:PORT is expected, such as 127.0.0.1:8080, [::1]:8080 or localhost:8080";
+        let has_port =
+            text.rsplit_once(':').is_some_and(|(host, port)| !host.is_empty() && port.parse::<u16>().is_ok());
+        if !has_port {
+            return Err(format!("{text:?} names no port; {EXPECTED}"));
+        }
+        let found = text.to_socket_addrs().map_err(|error| format!("{text:?} is no address: {error}; {EXPECTED}"))?;
+        let mut addresses: Vec<_> = found.collect();
+        // Of a name that stands for both kinds, the one that older clients reach too.
+        addresses.sort_by_key(SocketAddr::is_ipv6);
+        if addresses.is_empty() {
+            return Err(format!("{text:?} stands for no address; {EXPECTED}"));
+        }
+        Ok(Self { text: text.to_owned(), addresses })
+    }
+}
+
+impl TryFrom<String> for Listen {
+    type Error = String;
+
+    fn try_from(text: String) -> Result<Self, String> {
+        text.parse()
+    }
+}
+
+impl From<Listen> for String {
+    fn from(listen: Listen) -> Self {
+        listen.text
+    }
+}
+
+impl From<SocketAddr> for Listen {
+    fn from(address: SocketAddr) -> Self {
+        Self { text: address.to_string(), addresses: vec![address] }
+    }
+}
+
+impl fmt::Display for Listen {
+    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+        out.write_str(&self.text)
+    }
 }
 
 /// `[limits]`: largest things a request may ask for or send.
@@ -103,7 +167,7 @@ pub enum ConfigError {
     /// The file is not what it should be.
     Invalid(PathBuf, toml::de::Error),
     /// Other machines could reach the address, and nothing says that they may.
-    Remote(SocketAddr),
+    Remote(Listen),
     /// A number that must be at least 1; its key.
     Zero(&'static str),
     /// Streams would keep all other requests out.
@@ -140,7 +204,7 @@ impl std::error::Error for ConfigError {}
 impl Default for Server {
     fn default() -> Self {
         Self {
-            listen: SocketAddr::new(IpAddr::V4(Ipv4Addr::LOCALHOST), 8080),
+            listen: SocketAddr::from(([127, 0, 0, 1], 8080)).into(),
             data: PathBuf::from("./data"),
             allow_remote: false,
             connections: 512,
@@ -210,8 +274,9 @@ impl Config {
     /// Refuses settings that cannot work or that would expose the server unasked.
     pub fn check(&self) -> Result<(), ConfigError> {
         let server = &self.server;
-        if !server.listen.ip().is_loopback() && !server.allow_remote {
-            return Err(ConfigError::Remote(server.listen));
+        let is_remote = server.listen.addresses().iter().any(|address| !address.ip().is_loopback());
+        if is_remote && !server.allow_remote {
+            return Err(ConfigError::Remote(server.listen.clone()));
         }
         let positive = [
             ("server.connections", server.connections as u64),
@@ -250,6 +315,22 @@ mod tests {
     }
 
     #[test]
+    fn a_host_name_stands_for_its_addresses() {
+        let file = |listen: &str| toml::from_str::<Config>(&format!("[server]\nlisten = {listen:?}"));
+        let config = file("localhost:8199").unwrap();
+        let addresses = config.server.listen.addresses();
+        assert!(addresses.iter().all(|address| address.ip().is_loopback() && address.port() == 8199), "{addresses:?}");
+        config.check().unwrap();
+        assert_eq!(file("[::1]:0").unwrap().server.listen.to_string(), "[::1]:0");
+        for (wrong, told) in
+            [("localhost", "port"), (":80", "port"), ("127.0.0.1:65536", "port"), ("no such host:1", "no such host")]
+        {
+            let error = file(wrong).unwrap_err().to_string();
+            assert!(error.contains(told) && error.contains("localhost:8080"), "{error}");
+        }
+    }
+
+    #[test]
     fn an_unknown_key_is_refused_by_name() {
         let error = toml::from_str::<Config>("[server]\nlisen = \"127.0.0.1:1\"").unwrap_err().to_string();
         assert!(error.contains("lisen"), "{error}");
@@ -268,8 +349,8 @@ mod tests {
     #[test]
     fn an_address_others_can_reach_needs_permission() {
         let mut config = Config::default();
-        config.server.listen = SocketAddr::from(([0, 0, 0, 0], 8080));
-        assert!(matches!(config.check(), Err(ConfigError::Remote(address)) if address == config.server.listen));
+        config.server.listen = "0.0.0.0:8080".parse().unwrap();
+        assert!(config.check().unwrap_err().to_string().contains("allow_remote"));
         config.server.allow_remote = true;
         config.check().unwrap();
     }

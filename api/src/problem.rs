@@ -86,6 +86,8 @@ kinds! {
     TOO_LARGE = "too-large", PAYLOAD_TOO_LARGE, "Too large", "GET /v1/limits shows the limits; they are set in skyloom.toml.";
     MEDIA_TYPE = "unsupported-media-type", UNSUPPORTED_MEDIA_TYPE, "Unsupported media type",
         "Scenes are application/json; images are PNG or OpenEXR, sent as image/png, image/x-exr or application/octet-stream.";
+    CONTENT_CODING = "unsupported-content-coding", UNSUPPORTED_MEDIA_TYPE, "Unsupported compression of the body",
+        "The header Accept-Encoding of the reply lists what Content-Encoding a body may have.";
     INVALID_SCENE = "invalid-scene", UNPROCESSABLE_ENTITY, "The scene is not valid",
         "Each entry of `errors` names a field by JSON pointer and says what is allowed. Nothing was stored.";
     LOST_IMAGE = "lost-image", UNPROCESSABLE_ENTITY, "An image of the scene is gone or damaged",
@@ -123,6 +125,8 @@ pub enum ApiError {
     TooLarge(String),
     /// Body of a type that is not taken.
     MediaType(String),
+    /// Body that is compressed in a way that is not taken.
+    ContentCoding(String),
     /// Readable scene with wrong fields.
     InvalidScene(Vec<FieldProblem>),
     /// Sky that was registered and cannot be read any more; how that is mended.
@@ -155,6 +159,7 @@ impl ApiError {
             Self::SlowBody => &SLOW_BODY,
             Self::TooLarge(_) => &TOO_LARGE,
             Self::MediaType(_) => &MEDIA_TYPE,
+            Self::ContentCoding(_) => &CONTENT_CODING,
             Self::InvalidScene(_) => &INVALID_SCENE,
             Self::LostImages(_) => &LOST_IMAGE,
             Self::InvalidQuery(_) => &INVALID_QUERY,
@@ -193,6 +198,7 @@ impl ApiError {
             | Self::TooLarge(detail)
             | Self::MediaType(detail)
             | Self::LostSky(detail)
+            | Self::ContentCoding(detail)
             | Self::NotReady(detail)
             | Self::StoreFull(detail) => detail,
             Self::UnknownSky(id) => format!("no sky {id} is registered"),
@@ -242,10 +248,15 @@ impl IntoResponse for ApiError {
             tracing::error!(cause, "internal error");
         }
         let retry = self.retry_after_s();
+        // RFC 9110, section 15.5.16: so that a client learns that it is the coding and not the type.
+        let accept = matches!(self, Self::ContentCoding(_)).then_some(crate::body::CODINGS);
         let (detail, errors) = self.detail_and_errors();
         let mut response = kind.status.into_response();
         if let Some(seconds) = retry {
             response.headers_mut().insert(header::RETRY_AFTER, HeaderValue::from(seconds));
+        }
+        if let Some(codings) = accept {
+            response.headers_mut().insert(header::ACCEPT_ENCODING, HeaderValue::from_static(codings));
         }
         response.extensions_mut().insert(Problem::new(kind, detail, errors));
         response

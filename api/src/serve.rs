@@ -1,7 +1,7 @@
 //! Listening, serving connections, and stopping without cutting anyone off.
 
 use std::fmt;
-use std::io::{self, Write as _};
+use std::io::{self, ErrorKind, Write as _};
 use std::net::SocketAddr;
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -16,7 +16,7 @@ use tokio::net::{TcpListener, TcpStream};
 use tokio::sync::Semaphore;
 
 use crate::app::{App, OpenError};
-use crate::config::Config;
+use crate::config::{Config, Listen};
 use crate::render_queue::core_factory;
 use crate::routes::router;
 
@@ -33,7 +33,7 @@ pub enum ServeError {
     /// The signals that stop the server cannot be heard.
     Signals(io::Error),
     /// The address cannot be listened on.
-    Listen(SocketAddr, io::Error),
+    Listen(Listen, io::Error),
     /// The service could not be opened on this data folder.
     Open(PathBuf, OpenError),
     /// Nobody can be told the address.
@@ -45,7 +45,7 @@ impl fmt::Display for ServeError {
         match self {
             Self::Threads(error) => write!(out, "starting threads: {error}"),
             Self::Signals(error) => write!(out, "signal handler: {error}"),
-            Self::Listen(address, error) => write!(out, "listening on {address}: {error}"),
+            Self::Listen(listen, error) => out.write_str(&not_listening(listen, error)),
             Self::Open(data, error) => write!(out, "data folder {}: {error}", data.display()),
             Self::Stdout(error) => write!(out, "writing to stdout: {error}"),
         }
@@ -65,9 +65,10 @@ pub fn serve(config: Config) -> Result<(), ServeError> {
 
 async fn run(config: Config) -> Result<(), ServeError> {
     let mut stop = StopSignals::install()?;
-    let listen = config.server.listen;
-    let listener = TcpListener::bind(listen).await.map_err(|error| ServeError::Listen(listen, error))?;
-    let address = listener.local_addr().map_err(|error| ServeError::Listen(listen, error))?;
+    let listen = config.server.listen.clone();
+    let failed = |error| ServeError::Listen(listen.clone(), error);
+    let listener = TcpListener::bind(listen.addresses()).await.map_err(failed)?;
+    let address = listener.local_addr().map_err(failed)?;
     let factory = core_factory(config.render.wanted());
     let data = config.server.data.clone();
     let app = App::open(config, factory).map_err(|error| ServeError::Open(data.clone(), error))?;
@@ -84,6 +85,27 @@ async fn run(config: Config) -> Result<(), ServeError> {
     }
     app.queue.close(FAREWELL);
     Ok(())
+}
+
+/// Why a place could not be listened on, and what to do about it.
+fn not_listening(listen: &Listen, error: &io::Error) -> String {
+    let host = listen.to_string();
+    let host = host.rsplit_once(':').map_or(host.as_str(), |(host, _)| host);
+    let advice = match error.kind() {
+        ErrorKind::AddrInUse => format!(
+            "another program listens there, perhaps a server that still runs. Stop it, or choose another port: --listen \
+             {host}:0 takes any that is free"
+        ),
+        ErrorKind::PermissionDenied => format!(
+            "this user may not listen there; ports below 1024 are usually kept for the system. Choose a higher one, such \
+             as --listen {host}:8080"
+        ),
+        ErrorKind::AddrNotAvailable => {
+            "this machine has no such address. --listen 127.0.0.1:8080 is one that every machine has".to_owned()
+        }
+        _ => "choose another place with --listen ADDRESS:PORT".to_owned(),
+    };
+    format!("listening on {listen}: {error}: {advice}")
 }
 
 /// The one line on stdout, for scripts that asked for port 0.
@@ -201,5 +223,20 @@ impl StopSignals {
             std::future::pending::<()>().await;
         }
         Stop::AtOnce
+    }
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used, reason = "a test stops where it fails")]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_keeps_the_server_from_listening_says_what_to_do() {
+        let told = |listen: &str, kind: ErrorKind| not_listening(&listen.parse().unwrap(), &kind.into());
+        let taken = told("[::1]:8080", ErrorKind::AddrInUse);
+        assert!(taken.contains("on [::1]:8080") && taken.contains("--listen [::1]:0"), "{taken}");
+        assert!(told("127.0.0.1:80", ErrorKind::PermissionDenied).contains("--listen 127.0.0.1:8080"));
+        assert!(told("192.0.2.1:80", ErrorKind::AddrNotAvailable).contains("no such address"));
     }
 }

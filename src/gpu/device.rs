@@ -137,7 +137,8 @@ impl Gpu {
             Ok(_) if deadline.is_some_and(|end| Instant::now() >= end) => self.check().and(Err(GpuError::Late)),
             Ok(_) => self.check(),
             Err(wgpu::PollError::Timeout) => Err(GpuError::Timeout),
-            Err(error) => Err(GpuError::Failed(error.to_string())),
+            // What kept it from being submitted says more than that it was not.
+            Err(error) => self.check().and(Err(GpuError::Failed(error.to_string()))),
         }
     }
 

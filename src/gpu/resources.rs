@@ -203,6 +203,13 @@ impl Gpu {
             (row(target, width).1 * height) as usize
         });
         let total: usize = sizes.sum();
+        // The maps of a few layers of the finest resolution are more than one buffer may hold.
+        if total as u64 > self.device.limits().max_buffer_size && wanted.len() > 1 {
+            let (first, second) = wanted.split_at(wanted.len() / 2);
+            let mut maps = self.read_maps(first, deadline)?;
+            maps.extend(self.read_maps(second, deadline)?);
+            return Ok(maps);
+        }
         let buffer = self.storage("read_maps", total / 4);
         let mut encoder =
             self.device.create_command_encoder(&wgpu::CommandEncoderDescriptor { label: Some("read_maps") });

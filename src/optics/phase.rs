@@ -51,7 +51,7 @@ fn grid() -> &'static [f64] {
 }
 
 /// Gauss-Legendre rules on -1..1 of 0..=MAX_PANEL_NODES points.
-fn rules() -> &'static [(Vec<f64>, Vec<f64>)] {
+pub(super) fn rules() -> &'static [(Vec<f64>, Vec<f64>)] {
     static RULES: OnceLock<Vec<(Vec<f64>, Vec<f64>)>> = OnceLock::new();
     RULES.get_or_init(|| (0..=MAX_PANEL_NODES).map(gauss_legendre).collect())
 }
@@ -146,56 +146,15 @@ impl PhaseFunction {
         Self::from_grid_values(grid().iter().map(|a| at(*a)).collect())
     }
 
-    /// A phase function given by (scattering angle in degrees, value proportional to P) in
-    /// increasing order of angle.
-    ///
-    /// Between points log P is linear in the angle (P itself where one of the two is 0); before the
-    /// first and behind the last point it is constant. It is then sampled at the common grid, so
-    /// detail finer than that grid is lost.
-    ///
-    /// # Errors
-    /// What is wrong with the points and where.
-    pub fn tabulated(points: &[(f64, f64)]) -> Result<Self, String> {
-        let (Some(first), Some(last)) = (points.first(), points.last()) else {
-            return Err("no points given; at least 2 are needed".to_owned());
-        };
-        if points.len() < 2 {
-            return Err("only 1 point given; at least 2 are needed".to_owned());
-        }
-        for (i, (angle, value)) in points.iter().enumerate() {
-            if !(0.0..=180.0).contains(angle) {
-                return Err(format!("point {i}: the angle {angle} is not in 0..180 degrees"));
-            }
-            if !(value.is_finite() && *value >= 0.0) {
-                return Err(format!("point {i}: the value {value} is not a finite number >= 0"));
-            }
-        }
-        if let Some(i) = points.windows(2).position(|pair| pair[0].0 >= pair[1].0) {
-            return Err(format!("point {}: the angle {} is not larger than the one before", i + 1, points[i + 1].0));
-        }
-        if points.iter().all(|(_, value)| *value == 0.0) {
-            return Err("all values are 0".to_owned());
-        }
-        let at = |angle: f64| {
-            let next = points.partition_point(|(a, _)| *a <= angle);
-            let Some(next) = (1..points.len()).contains(&next).then_some(next) else {
-                return if next == 0 { first.1 } else { last.1 };
-            };
-            let ((a0, v0), (a1, v1)) = (points[next - 1], points[next]);
-            let t = (angle - a0) / (a1 - a0);
-            if v0 > 0.0 && v1 > 0.0 { (v0.ln() * (1.0 - t) + v1.ln() * t).exp() } else { v0 * (1.0 - t) + v1 * t }
-        };
-        let values: Vec<f64> = grid_deg().iter().map(|a| at(*a)).collect();
-        if values.iter().all(|v| *v == 0.0) {
-            return Err("all that is not 0 falls between the angles of the grid: the table is too narrow".to_owned());
-        }
-        Self::from_grid_values(values)
-    }
-
     /// P at the angles of [`grid_deg`], all > 0.
     #[must_use]
     pub fn grid_values(&self) -> &[f64] {
         &self.values
+    }
+
+    /// Part of the light scattered by less than each angle of [`grid_deg`].
+    pub(super) fn within(&self) -> &[f64] {
+        &self.within
     }
 
     /// Number of the panel that contains `angle` (radians).

@@ -1,14 +1,32 @@
 //! JSON text to values, strictly: a key that is given twice is an error, since the loser would silently be ignored.
 
+use super::encoding;
 use serde_json::{Map, Number, Value};
 use std::fmt;
 
 /// Parses JSON and refuses duplicate keys. The message says where (line and column) and what was wrong.
-pub(super) fn parse(text: &[u8]) -> Result<Value, String> {
+pub(super) fn parse(bytes: &[u8]) -> Result<Value, String> {
+    let text = encoding::utf8(bytes)?;
     let mut reader = serde_json::Deserializer::from_slice(text);
-    let Strict(value) = serde::Deserialize::deserialize(&mut reader).map_err(|e| e.to_string())?;
-    reader.end().map_err(|e| e.to_string())?;
+    let explain = |error: serde_json::Error| format!("{error}{}", hint(text, &error));
+    let Strict(value) = serde::Deserialize::deserialize(&mut reader).map_err(explain)?;
+    reader.end().map_err(explain)?;
     Ok(value)
+}
+
+/// What a decimal comma does to an object is hard to see in the parser's words, which ask for a key.
+fn hint(text: &[u8], error: &serde_json::Error) -> &'static str {
+    let before: usize =
+        text.split_inclusive(|byte| *byte == b'\n').take(error.line().saturating_sub(1)).map(<[u8]>::len).sum();
+    let read = text.get(..before + error.column()).unwrap_or(text);
+    let whole = |text: &[u8]| text.iter().rposition(|byte| !byte.is_ascii_digit()).map_or(0, |at| at + 1);
+    let digits = whole(read);
+    match read.get(..digits).and_then(|rest| rest.strip_suffix(b",")) {
+        Some(rest) if digits < read.len() && rest.last().is_some_and(u8::is_ascii_digit) => {
+            " (numbers have a decimal point, not a comma)"
+        }
+        _ => "",
+    }
 }
 
 struct Strict(Value);

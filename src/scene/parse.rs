@@ -1,29 +1,41 @@
 //! From JSON to a [`Scene`]: which fields there are, their defaults, and rules between them.
 
 use super::quantity::*;
-use super::read::{Object, Reader};
+use super::read::{Object, Reader, describe};
 use super::*;
+use crate::optics::{TABLE_POINTS, TableFault};
 use serde_json::Value;
 
 type Resolve<'a> = &'a mut dyn FnMut(&str) -> Result<String, String>;
 
-/// Most points of a phase function's table: as many as the steps of a fine table over 180 degrees.
-const MAX_PHASE_POINTS: usize = 4096;
+/// Kinds of layers.
+pub(super) const LAYER_KINDS: [&str; 1] = ["stratiform"];
+/// Kinds of thickness.
+pub(super) const THICKNESS_KINDS: [&str; 3] = ["uniform", "stratocumulus", "image"];
 /// Base of a layer that gives none, metres.
 const BASE_M: f64 = 1000.0;
 
 pub(super) fn scene(text: &[u8], resolve: Resolve<'_>) -> Result<Scene, SceneError> {
-    if text.len() > Scene::MAX_BYTES {
-        let detail = format!("{} bytes, at most {} are allowed", text.len(), Scene::MAX_BYTES);
-        return Err(SceneError::Invalid(vec![FieldError { pointer: String::new(), detail }]));
-    }
+    within_bytes(text.len(), "")?;
     let value = json::parse(text).map_err(SceneError::Unreadable)?;
     let mut reader = Reader::default();
     let scene = root(&mut reader, &value, resolve);
     match scene {
-        Some(scene) if reader.errors.is_empty() => Ok(scene),
+        Some(scene) if reader.errors.is_empty() => {
+            // What is stored and answered must be readable again.
+            within_bytes(scene.to_json().to_string().len(), " with every default and number spelled out")?;
+            Ok(scene)
+        }
         _ => Err(SceneError::Invalid(reader.errors)),
     }
+}
+
+fn within_bytes(bytes: usize, how: &str) -> Result<(), SceneError> {
+    if bytes <= Scene::MAX_BYTES {
+        return Ok(());
+    }
+    let detail = format!("{bytes} bytes{how}; at most {} are allowed", Scene::MAX_BYTES);
+    Err(SceneError::Invalid(vec![FieldError { pointer: String::new(), detail }]))
 }
 
 /// The value of a default that lies inside its range; a compile-time constant would need `const` trait calls.
@@ -61,31 +73,24 @@ fn sun(reader: &mut Reader, root: &Object<'_>) -> Option<Sun> {
     }
     let sun = reader.child(root, "sun", &["zenith_deg", "azimuth_deg", "angular_diameter_deg"])?;
     Some(Sun {
-        zenith_deg: reader.number(&sun, "zenith_deg")?,
+        zenith_deg: reader.number_or(&sun, "zenith_deg", fallback.zenith_deg),
         azimuth_deg: reader.number_or(&sun, "azimuth_deg", fallback.azimuth_deg),
         angular_diameter_deg: reader.number_or(&sun, "angular_diameter_deg", fallback.angular_diameter_deg),
     })
 }
 
-/// Without an atmosphere: a clear noon in klx and kcd/m², so that a scene of clouds alone looks like a day.
+/// By default a clear noon in klx and kcd/m², so that a scene of clouds alone looks like a day.
 fn light(reader: &mut Reader, root: &Object<'_>) -> Option<Light> {
+    let fallback = Light {
+        sun: [default(98.0)?, default(94.0)?, default(87.0)?],
+        sky: [default(2.6)?, default(3.8)?, default(6.2)?],
+    };
     if !root.has("atmosphere") {
-        let sun = [default(98.0)?, default(94.0)?, default(87.0)?];
-        return Some(Light { sun, sky: [default(2.6)?, default(3.8)?, default(6.2)?] });
+        return Some(fallback);
     }
     let air = reader.child(root, "atmosphere", &["sun", "sky"])?;
-    let mut part = |key: &str| {
-        air.value(key).or_else(|| {
-            reader.wrong(
-                air.at(key),
-                "missing; the light above the clouds is given as {\"sun\": [r,g,b], \"sky\": [r,g,b]}",
-            );
-            None
-        })
-    };
-    let (sun, sky) = (part("sun"), part("sky"));
-    let sun = sun.and_then(|value| reader.colour(value, &air.at("sun")));
-    let sky = sky.and_then(|value| reader.colour(value, &air.at("sky")));
+    let sun = air.value("sun").map_or(Some(fallback.sun), |value| reader.colour(value, &air.at("sun")));
+    let sky = air.value("sky").map_or(Some(fallback.sky), |value| reader.colour(value, &air.at("sky")));
     Some(Light { sun: sun?, sky: sky? })
 }
 
@@ -106,7 +111,7 @@ fn ground(reader: &mut Reader, root: &Object<'_>, resolve: Resolve<'_>) -> Optio
         None => false,
         Some(Value::Bool(linear)) => *linear,
         Some(other) => {
-            reader.wrong(map.at("linear"), format!("{other} where true or false is expected"));
+            reader.wrong(map.at("linear"), format!("{} where true or false is expected", describe(other)));
             false
         }
     };
@@ -114,8 +119,12 @@ fn ground(reader: &mut Reader, root: &Object<'_>, resolve: Resolve<'_>) -> Optio
 }
 
 fn image(reader: &mut Reader, object: &Object<'_>, resolve: Resolve<'_>) -> Option<ImageName> {
+    const EXPECTED: &str = "the name of an image is needed: the SHA-256 that its upload answered";
     let Some(name) = object.value("image").and_then(Value::as_str) else {
-        reader.wrong(object.at("image"), "the name of an image is needed: the SHA-256 that its upload answered");
+        match object.value("image") {
+            Some(other) => reader.wrong(object.at("image"), format!("{} where {EXPECTED}", describe(other))),
+            None => reader.missing(object, "image", EXPECTED),
+        }
         return None;
     };
     let name = resolve(name).map_err(|why| reader.wrong(object.at("image"), why)).ok()?;
@@ -130,7 +139,7 @@ fn image(reader: &mut Reader, object: &Object<'_>, resolve: Resolve<'_>) -> Opti
 fn layers(reader: &mut Reader, root: &Object<'_>, resolve: Resolve<'_>) -> Option<Vec<Layer>> {
     let Some(value) = root.value("layers") else { return Some(Vec::new()) };
     let Value::Array(list) = value else {
-        reader.wrong("/layers", "a list of layers is expected, bottom to top");
+        reader.wrong("/layers", format!("{} where a list of layers is expected, bottom to top", describe(value)));
         return None;
     };
     if list.len() > Scene::MAX_LAYERS {
@@ -163,6 +172,8 @@ fn layers(reader: &mut Reader, root: &Object<'_>, resolve: Resolve<'_>) -> Optio
 fn base_m(layer: &Value) -> Option<BaseM> {
     match layer.as_object()?.get("base_m") {
         Some(value) => BaseM::try_from(value.as_f64()?).ok(),
+        // Misspelt, which is told elsewhere.
+        None if is_given(layer, "base_m") => None,
         None => default(BASE_M),
     }
 }
@@ -170,7 +181,7 @@ fn base_m(layer: &Value) -> Option<BaseM> {
 fn layer(reader: &mut Reader, value: &Value, pointer: &str, resolve: Resolve<'_>) -> Option<Layer> {
     let layer = reader.object(value, pointer, &["kind", "base_m", "thickness", "droplets", "wind"])?;
     if layer.has("kind") {
-        reader.word(&layer, "kind", &["stratiform"]);
+        reader.word(&layer, "kind", &LAYER_KINDS);
     }
     let base_m = reader.number_or(&layer, "base_m", default(BASE_M)?);
     let thickness = thickness(reader, &layer, resolve);
@@ -180,26 +191,23 @@ fn layer(reader: &mut Reader, value: &Value, pointer: &str, resolve: Resolve<'_>
 }
 
 fn thickness(reader: &mut Reader, layer: &Object<'_>, resolve: Resolve<'_>) -> Option<Thickness> {
-    const KINDS: [&str; 3] = ["uniform", "stratocumulus", "image"];
-    let keys: &[&str] = match layer.value("thickness").and_then(|v| v.get("kind")).and_then(Value::as_str) {
+    let Some(value) = layer.value("thickness") else {
+        reader.missing(layer, "thickness", format_args!("an object is needed, of kind {}", THICKNESS_KINDS.join(", ")));
+        return None;
+    };
+    let keys: &[&str] = match value.get("kind").and_then(Value::as_str) {
         Some("uniform") => &["kind", "metres"],
         Some("stratocumulus") => &["kind", "pattern", "mean_m", "coverage", "cell_m", "seed"],
         Some("image") => &["kind", "image", "scale_m"],
-        // An unknown kind is reported below; none of its fields can be judged.
+        // None of the other fields can be judged.
         _ => {
-            match layer.value("thickness") {
-                Some(value @ Value::Object(map)) => {
-                    let keys: Vec<&str> = map.keys().map(String::as_str).collect();
-                    let object = reader.object(value, &layer.at("thickness"), &keys)?;
-                    reader.word(&object, "kind", &KINDS);
-                }
-                _ => reader.wrong(layer.at("thickness"), format!("an object is needed, of kind {}", KINDS.join(", "))),
-            }
+            let object = reader.kind_alone(value, &layer.at("thickness"))?;
+            reader.word(&object, "kind", &THICKNESS_KINDS);
             return None;
         }
     };
     let object = reader.child(layer, "thickness", keys)?;
-    match reader.word(&object, "kind", &KINDS)? {
+    match reader.word(&object, "kind", &THICKNESS_KINDS)? {
         "uniform" => reader.number(&object, "metres").map(Thickness::Uniform),
         "image" => {
             let name = image(reader, &object, resolve);
@@ -207,8 +215,8 @@ fn thickness(reader: &mut Reader, layer: &Object<'_>, resolve: Resolve<'_>) -> O
             Some(Thickness::Map { image: name?, scale_m: scale_m? })
         }
         _ => {
-            let words = Pattern::ALL.map(|(word, _)| word);
-            let pattern = if object.has("pattern") { reader.word(&object, "pattern", &words) } else { Some("closed") };
+            let pattern =
+                if object.has("pattern") { reader.word(&object, "pattern", &Pattern::WORDS) } else { Some("closed") };
             let pattern = pattern.and_then(|word| Pattern::ALL.iter().find(|(name, _)| *name == word));
             Some(Thickness::Stratocumulus(Stratocumulus {
                 mean_m: reader.number_or(&object, "mean_m", default(250.0)?),
@@ -233,19 +241,21 @@ fn droplets(reader: &mut Reader, layer: &Object<'_>) -> Option<Droplets> {
             refractive_index: None,
         });
     };
-    if value.get("henyey_greenstein").is_some() {
+    if is_given(value, "henyey_greenstein") {
         let object = reader.child(layer, "droplets", &["henyey_greenstein", "extinction_per_m", "albedo"])?;
         let asymmetry = reader.number(&object, "henyey_greenstein");
         let extinction_per_m = reader.number(&object, "extinction_per_m");
         let albedo = reader.number_or(&object, "albedo", default(1.0)?);
         return Some(Droplets::HenyeyGreenstein { asymmetry: asymmetry?, extinction_per_m: extinction_per_m?, albedo });
     }
-    if let Some(table) = value.get("phase_function") {
+    if is_given(value, "phase_function") {
         let object = reader.child(layer, "droplets", &["phase_function", "extinction_per_m", "albedo"])?;
-        let points = phase_function(reader, table, &object.at("phase_function"));
+        // A misspelt one was told.
+        let table =
+            object.value("phase_function").map(|table| phase_function(reader, table, &object.at("phase_function")));
         let extinction_per_m = reader.number(&object, "extinction_per_m");
         let albedo = reader.number_or(&object, "albedo", default(1.0)?);
-        return Some(Droplets::Tabulated { points: points?, extinction_per_m: extinction_per_m?, albedo });
+        return Some(Droplets::Tabulated { table: table??, extinction_per_m: extinction_per_m?, albedo });
     }
     let object = reader.child(layer, "droplets", gamma)?;
     let refractive_index = match object.value("refractive_index") {
@@ -265,32 +275,36 @@ fn droplets(reader: &mut Reader, layer: &Object<'_>) -> Option<Droplets> {
     })
 }
 
-fn phase_function(reader: &mut Reader, value: &Value, pointer: &str) -> Option<Arc<[(f64, f64)]>> {
-    let rows = value.as_array().filter(|rows| (2..=MAX_PHASE_POINTS).contains(&rows.len()));
+/// Whether an object has a field that tells its form, be it misspelt.
+fn is_given(value: &Value, field: &str) -> bool {
+    value.as_object().is_some_and(|map| map.keys().any(|key| spelling::nearest(key, [field]).is_some()))
+}
+
+fn phase_function(reader: &mut Reader, value: &Value, pointer: &str) -> Option<PhaseTable> {
+    let rows = value.as_array().filter(|rows| TABLE_POINTS.contains(&rows.len()));
     let Some(rows) = rows else {
-        reader.wrong(pointer, format!("2 to {MAX_PHASE_POINTS} pairs [degrees, value] are expected"));
+        let given = value.as_array().map_or_else(|| describe(value), |rows| format!("a list of {}", rows.len()));
+        let (least, most) = TABLE_POINTS.into_inner();
+        reader.wrong(pointer, format!("{given} where {least} to {most} pairs [degrees, value] are expected"));
         return None;
     };
     let mut points: Vec<(f64, f64)> = Vec::with_capacity(rows.len());
     for (i, row) in rows.iter().enumerate() {
         let at = format!("{pointer}/{i}");
         let Some([angle, value]) = row.as_array().map(Vec::as_slice) else {
-            reader.wrong(at, "a pair [degrees, value] is expected");
+            reader.wrong(at, format!("{} where a pair [degrees, value] is expected", describe(row)));
             return None;
         };
-        let angle = reader.quantity::<ScatteringDeg>(angle, &format!("{at}/0"))?.get();
-        let value = reader.quantity::<PhaseValue>(value, &format!("{at}/1"))?.get();
-        if points.last().is_some_and(|last| last.0 >= angle) {
-            reader.wrong(at, "angles must ascend");
-            return None;
-        }
-        points.push((angle, value));
+        // The table judges all angles together: it knows what they look like when they are no degrees.
+        let angle = reader.plain(angle, &format!("{at}/0"), "0 to 180 degrees")?;
+        points.push((angle, reader.quantity::<PhaseValue>(value, &format!("{at}/1"))?.get()));
     }
-    if points.iter().all(|point| point.1 == 0.0) {
-        reader.wrong(pointer, "at least one value must be above 0");
-        return None;
-    }
-    Some(points.into())
+    let judged = PhaseTable::new(&points);
+    let wrong = |TableFault { point, detail }| {
+        let at = point.map_or_else(|| pointer.to_owned(), |point| format!("{pointer}/{point}"));
+        reader.wrong(at, detail);
+    };
+    judged.map_err(wrong).ok()
 }
 
 fn wind(reader: &mut Reader, layer: &Object<'_>) -> Option<Wind> {

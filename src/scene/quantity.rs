@@ -22,7 +22,7 @@ pub struct OutOfRange {
 }
 
 macro_rules! quantities {
-    ($($(#[$doc:meta])+ $name:ident: $range:expr, $unit:literal;)+) => {$(
+    ($($(#[$doc:meta])+ $name:ident: $range:expr, $unit:literal $(, $normal:ident)?;)+) => {$(
         $(#[$doc])+
         #[derive(Debug, Clone, Copy, PartialEq, PartialOrd)]
         pub struct $name(f64);
@@ -38,12 +38,13 @@ macro_rules! quantities {
         impl TryFrom<f64> for $name {
             type Error = OutOfRange;
             fn try_from(given: f64) -> Result<Self, OutOfRange> {
-                // `contains` is false for NaN. Adding zero turns -0 into 0: one number, one scene id.
-                if Self::RANGE.contains(&given) {
-                    Ok(Self(given + 0.0))
-                } else {
-                    Err(OutOfRange { given, range: Self::RANGE, unit: Self::UNIT })
+                // `contains` is false for NaN.
+                if !Self::RANGE.contains(&given) {
+                    return Err(OutOfRange { given, range: Self::RANGE, unit: Self::UNIT });
                 }
+                $(let given = $normal(given);)?
+                // Adding zero turns -0 into 0: one number, one scene id.
+                Ok(Self(given + 0.0))
             }
         }
     )+};
@@ -54,8 +55,8 @@ quantities! {
     ExtentM: 1.0..=1e6, "m";
     /// Angle from straight up, towards the sun.
     ZenithDeg: 0.0..=180.0, "degrees";
-    /// Clockwise from north.
-    AzimuthDeg: -360.0..=360.0, "degrees";
+    /// Clockwise from north; kept as 0 to below 360, as -90 and 270 are one direction.
+    AzimuthDeg: -360.0..=360.0, "degrees", within_a_turn;
     /// Angle across the sun's disc; 0 is parallel light.
     AngularDiameterDeg: 0.0..=10.0, "degrees";
     /// Irradiance of the sun on a plane that faces it, above the clouds: klx or the caller's own unit.
@@ -91,8 +92,12 @@ quantities! {
     SpeedMS: 0.0..=200.0, "m/s";
     /// Wind speed of eddies, root mean square per axis.
     TurbulenceMS: 0.0..=50.0, "m/s";
-    /// Scattering angle of a phase function's table.
-    ScatteringDeg: 0.0..=180.0, "degrees";
     /// Value of a phase function's table, in any scale.
     PhaseValue: 0.0..=1e12, "";
+}
+
+/// An angle in 0 to below 360 degrees. Whole turns are added in rounded steps: a tiny negative angle would become 360.
+fn within_a_turn(degrees: f64) -> f64 {
+    let turned = degrees.rem_euclid(360.0);
+    if turned < 360.0 { turned } else { 0.0 }
 }

@@ -1,6 +1,6 @@
 //! Reading fields out of JSON: every wrong field is noted with its pointer, and reading goes on to the next.
 
-use super::{FieldError, quantity::Quantity};
+use super::{FieldError, quantity::Quantity, spelling};
 use serde_json::{Map, Value};
 
 /// Collects what is wrong with a document.
@@ -14,6 +14,8 @@ pub(super) struct Reader {
 pub(super) struct Object<'a> {
     map: &'a Map<String, Value>,
     pub(super) pointer: String,
+    /// Fields that a misspelt key was likely meant for: they count as given, so that a typo is one error and not two.
+    meant: Vec<&'static str>,
 }
 
 impl Object<'_> {
@@ -37,20 +39,53 @@ impl Reader {
     }
 
     /// Takes a value as an object that may hold the `allowed` keys alone.
-    pub(super) fn object<'a>(&mut self, value: &'a Value, pointer: &str, allowed: &[&str]) -> Option<Object<'a>> {
+    pub(super) fn object<'a>(
+        &mut self,
+        value: &'a Value,
+        pointer: &str,
+        allowed: &[&'static str],
+    ) -> Option<Object<'a>> {
         let Value::Object(map) = value else {
-            self.wrong(pointer, format!("{} where an object is expected", kind(value)));
+            self.wrong(pointer, format!("{} where an object is expected", describe(value)));
             return None;
         };
-        let object = Object { map, pointer: pointer.to_owned() };
+        let mut object = Object { map, pointer: pointer.to_owned(), meant: Vec::new() };
         for key in map.keys().filter(|key| !allowed.contains(&key.as_str())) {
-            self.wrong(object.at(key), format!("unknown field; allowed here: {}", allowed.join(", ")));
+            let absent = allowed.iter().copied().filter(|known| !map.contains_key(*known));
+            let detail = match spelling::nearest(key, absent) {
+                Some(known) => {
+                    object.meant.push(known);
+                    did_you_mean(known)
+                }
+                None => format!("unknown field; allowed here: {}", allowed.join(", ")),
+            };
+            self.wrong(object.at(key), detail);
+        }
+        Some(object)
+    }
+
+    /// Notes that a field is missing, unless it is only misspelt.
+    pub(super) fn missing(&mut self, object: &Object<'_>, key: &str, expected: impl std::fmt::Display) {
+        if !object.meant.contains(&key) {
+            self.wrong(object.at(key), format!("missing; {expected}"));
+        }
+    }
+
+    /// Takes a value as an object of which nothing but its `kind` can be judged.
+    pub(super) fn kind_alone<'a>(&mut self, value: &'a Value, pointer: &str) -> Option<Object<'a>> {
+        const KIND: &str = "kind";
+        let Value::Object(map) = value else { return self.object(value, pointer, &[]) };
+        let mut object = Object { map, pointer: pointer.to_owned(), meant: Vec::new() };
+        let misspelt = map.keys().find(|key| !map.contains_key(KIND) && spelling::nearest(key, [KIND]).is_some());
+        if let Some(key) = misspelt {
+            object.meant.push(KIND);
+            self.wrong(object.at(key), did_you_mean(KIND));
         }
         Some(object)
     }
 
     /// The object under `key`, or `None` when it is absent or wrong.
-    pub(super) fn child<'a>(&mut self, parent: &Object<'a>, key: &str, allowed: &[&str]) -> Option<Object<'a>> {
+    pub(super) fn child<'a>(&mut self, parent: &Object<'a>, key: &str, allowed: &[&'static str]) -> Option<Object<'a>> {
         let value = parent.value(key)?;
         self.object(value, &parent.at(key), allowed)
     }
@@ -60,7 +95,7 @@ impl Reader {
         match object.value(key) {
             Some(value) => self.quantity(value, &object.at(key)),
             None => {
-                self.wrong(object.at(key), format!("missing; a number is needed, {}", allowed::<Q>()));
+                self.missing(object, key, format_args!("a number is needed, {}", allowed::<Q>()));
                 None
             }
         }
@@ -75,11 +110,18 @@ impl Reader {
     }
 
     pub(super) fn quantity<Q: Quantity>(&mut self, value: &Value, pointer: &str) -> Option<Q> {
-        let Some(number) = value.as_f64() else {
-            self.wrong(pointer, format!("{} where a number is expected, {}", kind(value), allowed::<Q>()));
-            return None;
-        };
+        let number = self.plain(value, pointer, &allowed::<Q>())?;
         Q::try_from(number).map_err(|e| self.wrong(pointer, e.to_string())).ok()
+    }
+
+    /// A number whose range is judged elsewhere.
+    pub(super) fn plain(&mut self, value: &Value, pointer: &str, expected: &str) -> Option<f64> {
+        let number = value.as_f64();
+        if number.is_none() {
+            let given = describe(value);
+            self.wrong(pointer, format!("{given} where a number is expected, {expected}{}", unquoted(value)));
+        }
+        number
     }
 
     /// A whole number with a default. Integral floats (64.0) count: JSON does not tell them apart.
@@ -90,16 +132,25 @@ impl Reader {
         match number {
             Some(number) => number as u32,
             None => {
-                self.wrong(object.at(key), format!("{value} is not a whole number from {} to {}", range.0, range.1));
+                let expected = format!("is not a whole number from {} to {}{}", range.0, range.1, unquoted(value));
+                self.wrong(object.at(key), format!("{} {expected}", describe(value)));
                 default
             }
         }
     }
 
-    /// Three numbers: red, green, blue.
+    /// Three numbers, red, green, blue; or one for all of them.
     pub(super) fn colour<Q: Quantity>(&mut self, value: &Value, pointer: &str) -> Option<[Q; 3]> {
+        if value.is_number() {
+            return self.quantity(value, pointer).map(|grey| [grey; 3]);
+        }
         let Some([r, g, b]) = value.as_array().map(Vec::as_slice) else {
-            self.wrong(pointer, format!("three numbers [r, g, b] are expected, each {}", allowed::<Q>()));
+            let given = match value {
+                Value::Array(list) => format!("a list of {}", list.len()),
+                other => describe(other),
+            };
+            let expected = format!("three numbers [r, g, b] or one for all are expected, each {}", allowed::<Q>());
+            self.wrong(pointer, format!("{given} where {expected}{}", unquoted(value)));
             return None;
         };
         let mut channel = |value, i| self.quantity::<Q>(value, &format!("{pointer}/{i}"));
@@ -115,8 +166,17 @@ impl Reader {
         if let Some(word) = found.filter(|word| words.contains(word)) {
             return Some(word);
         }
-        let given = object.value(key).map_or_else(|| "missing".to_owned(), |value| format!("{value} is not known"));
-        self.wrong(object.at(key), format!("{given}; allowed: {}", words.join(", ")));
+        let allowed = words.join(", ");
+        match (object.value(key), found.and_then(|word| spelling::nearest(word, words.iter().copied()))) {
+            (None, _) => self.missing(object, key, format_args!("allowed: {allowed}")),
+            (Some(value), None) => {
+                self.wrong(object.at(key), format!("{} is not known; allowed: {allowed}", describe(value)))
+            }
+            (Some(value), Some(meant)) => self.wrong(
+                object.at(key),
+                format!("{} is not known; did you mean \"{meant}\"? allowed: {allowed}", describe(value)),
+            ),
+        }
         None
     }
 }
@@ -125,13 +185,31 @@ fn allowed<Q: Quantity>() -> String {
     format!("{} to {} {}", Q::RANGE.start(), Q::RANGE.end(), Q::UNIT).trim_end().to_owned()
 }
 
-fn kind(value: &Value) -> &'static str {
+fn did_you_mean(known: &str) -> String {
+    format!("unknown field; did you mean \"{known}\"?")
+}
+
+/// What a text that was to be a number lacks.
+fn unquoted(value: &Value) -> &'static str {
+    let is_number = |text: &str| text.trim_start_matches(['+', '-', '.']).starts_with(|c: char| c.is_ascii_digit());
     match value {
-        Value::Null => "null",
-        Value::Bool(_) => "true or false",
-        Value::Number(_) => "a number",
-        Value::String(_) => "text",
-        Value::Array(_) => "a list",
-        Value::Object(_) => "an object",
+        Value::String(text) if is_number(text) => "; numbers stand without quotes and with a decimal point: 12.5",
+        _ => "",
+    }
+}
+
+/// A value in words; texts as they are, long ones cut.
+pub(super) fn describe(value: &Value) -> String {
+    const SHOWN: usize = 40;
+    match value {
+        Value::Null => "null".to_owned(),
+        Value::Bool(value) => value.to_string(),
+        Value::Number(number) => number.to_string(),
+        Value::String(text) => {
+            let cut = if text.chars().nth(SHOWN).is_some() { "…" } else { "" };
+            format!("the text {:?}", text.chars().take(SHOWN).chain(cut.chars()).collect::<String>())
+        }
+        Value::Array(_) => "a list".to_owned(),
+        Value::Object(_) => "an object".to_owned(),
     }
 }

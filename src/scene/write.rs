@@ -9,8 +9,7 @@ pub(super) fn scene(scene: &Scene) -> Value {
         "domain": { "extent_m": scene.domain.extent_m.get(), "resolution": scene.domain.resolution },
         "sun": {
             "zenith_deg": scene.sun.zenith_deg.get(),
-            // -90 and 270 are one direction.
-            "azimuth_deg": scene.sun.azimuth_deg.get().rem_euclid(360.0),
+            "azimuth_deg": scene.sun.azimuth_deg.get(),
             "angular_diameter_deg": scene.sun.angular_diameter_deg.get(),
         },
         "atmosphere": { "sun": colour(scene.light.sun), "sky": colour(scene.light.sky) },
@@ -34,7 +33,7 @@ fn layer(layer: &Layer) -> Value {
         "droplets": droplets(&layer.droplets),
         "wind": {
             "speed_m_s": layer.wind.speed_m_s.get(),
-            "from_deg": layer.wind.from_deg.get().rem_euclid(360.0),
+            "from_deg": layer.wind.from_deg.get(),
             "turbulence_m_s": layer.wind.turbulence_m_s.get(),
         },
     })
@@ -77,8 +76,8 @@ fn droplets(droplets: &Droplets) -> Value {
             "extinction_per_m": extinction_per_m.get(),
             "albedo": albedo.get(),
         }),
-        Droplets::Tabulated { points, extinction_per_m, albedo } => json!({
-            "phase_function": points.iter().map(|(angle, value)| json!([angle, value])).collect::<Vec<_>>(),
+        Droplets::Tabulated { table, extinction_per_m, albedo } => json!({
+            "phase_function": table.points().iter().map(|(angle, value)| json!([angle, value])).collect::<Vec<_>>(),
             "extinction_per_m": extinction_per_m.get(),
             "albedo": albedo.get(),
         }),

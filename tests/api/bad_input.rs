@@ -6,6 +6,7 @@ use std::net::TcpStream;
 use serde_json::json;
 
 use crate::harness::{Server, common, scene};
+use crate::images::ramp;
 
 fn with(pointer: &str, value: serde_json::Value) -> Vec<u8> {
     let mut scene = scene();
@@ -16,7 +17,7 @@ fn with(pointer: &str, value: serde_json::Value) -> Vec<u8> {
 #[test]
 fn json_that_is_no_json_is_unreadable() {
     let common = common();
-    for text in ["", "{", "[1, 2", "{\"domain\": NaN}", "\u{feff}{}", "{\"a\": 1}}"] {
+    for text in ["", "{", "[1, 2", "{\"domain\": NaN}", "\u{feff}", "{\"a\": 1}}"] {
         common.server.post_scene(text.as_bytes()).problem(400);
     }
     common.server.post_scene(b"\xff\xfe{}").problem(400);
@@ -65,6 +66,114 @@ fn a_scene_beyond_the_limit_is_413_whether_or_not_its_length_is_announced() {
     let chunked = [("content-type", "application/json"), ("transfer-encoding", "chunked")];
     common.server.ask("POST", "/v1/skies", &chunked, &body).problem(413);
     common.server.goes_on();
+}
+
+#[test]
+fn a_scene_is_utf8_whatever_its_byte_order_mark() {
+    let common = common();
+    let plain = common.server.post_scene(scene().to_string().as_bytes()).json();
+    let marked = common.server.post_scene(format!("\u{feff}{}", scene()).as_bytes());
+    assert_eq!((marked.status, &marked.json()["id"]), (200, &plain["id"]), "{}", marked.text());
+    let utf16: Vec<u8> = scene().to_string().encode_utf16().flat_map(u16::to_le_bytes).collect();
+    for text in [utf16.clone(), [b"\xff\xfe", utf16.as_slice()].concat()] {
+        let problem = common.server.post_scene(&text).problem(400);
+        assert!(problem["detail"].as_str().unwrap().contains("UTF-16"), "{problem}");
+    }
+}
+
+fn gzip(bytes: &[u8]) -> Vec<u8> {
+    let mut packed = Vec::new();
+    flate2::bufread::GzEncoder::new(bytes, flate2::Compression::best()).read_to_end(&mut packed).unwrap();
+    packed
+}
+
+fn zlib(bytes: &[u8]) -> Vec<u8> {
+    let mut packed = Vec::new();
+    flate2::bufread::ZlibEncoder::new(bytes, flate2::Compression::best()).read_to_end(&mut packed).unwrap();
+    packed
+}
+
+#[test]
+fn a_compressed_body_is_what_it_was_before() {
+    let common = common();
+    let text = scene().to_string();
+    let plain = common.server.post_scene(text.as_bytes()).json();
+    let post = |coding: &str, body: &[u8]| {
+        let headers = [("content-type", "application/json"), ("content-encoding", coding)];
+        common.server.ask("POST", "/v1/skies", &headers, body)
+    };
+    for (coding, body) in [
+        ("gzip", gzip(text.as_bytes())),
+        ("X-GZIP", gzip(text.as_bytes())),
+        ("deflate", zlib(text.as_bytes())),
+        ("identity", text.clone().into_bytes()),
+    ] {
+        let answer = post(coding, &body);
+        assert_eq!((answer.status, &answer.json()["id"]), (200, &plain["id"]), "{coding}: {}", answer.text());
+    }
+    post("gzip", text.as_bytes()).problem(400);
+    post("deflate", &gzip(text.as_bytes())).problem(400);
+    post("gzip", &gzip(text.as_bytes())[..60]).problem(400);
+    // Without the header it is no text; and the limit holds for what comes out.
+    let problem = common.server.post_scene(&gzip(text.as_bytes())).problem(400);
+    assert!(problem["detail"].as_str().unwrap().contains("gzip"), "{problem}");
+    for (coding, bomb) in [("gzip", gzip(&vec![b' '; 50 << 20])), ("deflate", zlib(&vec![b' '; 50 << 20]))] {
+        assert!(bomb.len() < 200 << 10);
+        post(coding, &bomb).problem(413);
+    }
+    for coding in ["br", "zstd", "gzip, gzip", "deflate, gzip"] {
+        let answer = post(coding, text.as_bytes());
+        let problem = answer.problem(415);
+        assert_eq!(answer.header("accept-encoding"), "gzip, deflate");
+        assert!(problem["detail"].as_str().unwrap().contains("gzip, deflate"), "{problem}");
+    }
+    common.server.goes_on();
+}
+
+#[test]
+fn a_compressed_image_is_stored_as_it_was_before() {
+    let common = common();
+    let png = ramp(9);
+    let plain = common.server.post_image("image/png", &png).json();
+    for (coding, body) in [("gzip", gzip(&png)), ("deflate", zlib(&png))] {
+        let headers = [("content-type", "image/png"), ("content-encoding", coding)];
+        let answer = common.server.ask("POST", "/v1/images", &headers, &body);
+        assert_eq!((answer.status, answer.json()), (200, plain.clone()), "{coding}");
+    }
+    let headers = [("content-type", "image/png"), ("content-encoding", "br")];
+    assert_eq!(common.server.ask("POST", "/v1/images", &headers, &png).header("accept-encoding"), "gzip, deflate");
+}
+
+/// What is accepted renders: nothing is found out only when its tables are made.
+#[test]
+fn a_phase_function_that_cannot_be_used_is_refused_with_the_scene() {
+    let common = common();
+    for (table, word) in [
+        (json!([[0, 0], [45.01, 0], [45.02, 1], [45.03, 0], [180, 0]]), "finer"),
+        (json!([[0, 1], [1.5, 1], [3.1416, 1]]), "radians"),
+        (json!([[0, 5], [120, 1]]), "0 to 120"),
+    ] {
+        let droplets = json!({ "phase_function": table, "extinction_per_m": 0.02 });
+        let answer = common.server.post_scene(&with("/layers/0/droplets", droplets));
+        answer.names(422, "/layers/0/droplets/phase_function");
+        assert!(answer.text().contains(word), "{}", answer.text());
+    }
+    let droplets = json!({ "phase_function": [[0, 1e12], [0.02, 1], [180, 1]], "extinction_per_m": 0.02 });
+    let mut odd = scene();
+    odd["layers"][0]["droplets"] = droplets;
+    let sky = common.server.sky(&odd);
+    assert_eq!(common.server.get(&format!("{sky}/cloud.f32?size=2")).status, 200);
+    assert_eq!(common.server.get(&sky).json()["tables"]["state"], "ready");
+}
+
+/// A normal form registers as itself.
+#[test]
+fn a_direction_has_one_name() {
+    let common = common();
+    let tiny = common.server.post_scene(&with("/sun/azimuth_deg", json!(-1e-20))).json();
+    assert_eq!(tiny["scene"]["sun"]["azimuth_deg"], json!(0.0));
+    let again = common.server.post_scene(tiny["scene"].to_string().as_bytes());
+    assert_eq!((again.status, &again.json()["id"]), (200, &tiny["id"]));
 }
 
 #[test]

@@ -1,7 +1,9 @@
 //! The command line: exit codes, files, and the same bits as over HTTP.
 
+use std::io::{BufRead as _, BufReader, Write as _};
+use std::net::{SocketAddr, TcpListener};
 use std::path::Path;
-use std::process::Output;
+use std::process::{Output, Stdio};
 
 use exr::prelude::{FlatImage, FlatSamples, ReadChannels as _, ReadLayers as _};
 use serde_json::{Value, json};
@@ -112,9 +114,43 @@ fn check_prints_the_normalised_scene_or_one_line_for_each_error() {
     let folder = folder_with(&wrong);
     let (status, told) = code(&skyloom(folder.path(), &["check", "scene.json"]));
     assert_eq!(status, 2);
-    for pointer in ["/domain/extent_m: ", "/layers/0/base_m: "] {
-        assert!(told.lines().any(|line| line.starts_with(pointer)), "{pointer} in {told}");
+    for start in ["scene.json: /domain/extent_m: ", "scene.json: /layers/0/base_m: "] {
+        assert!(told.lines().any(|line| line.starts_with(start)), "{start} in {told}");
     }
+    std::fs::write(folder.path().join("scene.json"), "{\"sun\": {\"zenith_deg\": 12,5}}").unwrap();
+    let (status, told) = code(&skyloom(folder.path(), &["check", "scene.json"]));
+    assert!(status == 2 && told.starts_with("scene.json: ") && told.contains("line 1"), "{told}");
+    let mut stdin = program().args(["check", "-"]).stdin(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
+    stdin.stdin.take().unwrap().write_all(wrong.to_string().as_bytes()).unwrap();
+    let (status, told) = code(&stdin.wait_with_output().unwrap());
+    assert!(status == 2 && told.starts_with("-: /domain/extent_m: "), "{told}");
+}
+
+#[test]
+fn a_place_that_is_taken_exits_1_and_says_what_to_do() {
+    let taken = TcpListener::bind("127.0.0.1:0").unwrap();
+    let port = taken.local_addr().unwrap().port();
+    let folder = tempfile::tempdir().unwrap();
+    for listen in [format!("127.0.0.1:{port}"), "192.0.2.1:1".to_owned()] {
+        let settings = folder.path().join("remote.toml");
+        std::fs::write(&settings, "[server]\nallow_remote = true\n").unwrap();
+        let (status, told) = code(&skyloom(folder.path(), &["serve", "--config", "remote.toml", "--listen", &listen]));
+        assert!(status == 1 && told.contains(&listen) && told.contains("--listen 127.0.0.1:"), "{status}: {told}");
+    }
+}
+
+#[test]
+fn a_host_name_can_be_listened_on() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut command = program();
+    command.args(["serve", "--listen", "localhost:0", "--data"]).arg(folder.path()).stdout(Stdio::piped());
+    let mut server = command.spawn().unwrap();
+    let mut line = String::new();
+    BufReader::new(server.stdout.take().unwrap()).read_line(&mut line).unwrap();
+    server.kill().unwrap();
+    server.wait().unwrap();
+    let address: SocketAddr = line.trim().strip_prefix("listening on http://").unwrap().parse().unwrap();
+    assert!(address.ip().is_loopback() && address.port() > 0, "{line}");
 }
 
 #[test]

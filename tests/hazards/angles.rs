@@ -2,7 +2,7 @@
 
 use crate::setup::{METHODS, SHADER, Seen, Slab, henyey_greenstein};
 use serde_json::{Value, json};
-use skyloom::optics::{PhaseFunction, moments, resum};
+use skyloom::optics::{PhaseTable, moments, resum};
 use skyloom::slab::phases::{PHASE_COLUMNS, phase_angle};
 use std::f64::consts::PI;
 use std::fs;
@@ -25,7 +25,7 @@ fn droplets() -> Value {
 /// must hold it, and so must the light that it makes around the sun, against the sum over all its moments.
 #[test]
 fn hazard_13_forward_peak() {
-    let phase = PhaseFunction::tabulated(&DROPLETS).unwrap();
+    let phase = PhaseTable::new(&DROPLETS).unwrap().phase().clone();
     let degrees = |angle: f64| phase.value(angle.to_radians());
     assert!((degrees(0.0) / 4123.9 - 1.0).abs() < 0.005, "{}", degrees(0.0));
     // Between the points of the table, log P is linear; at them nothing changes but the norm.

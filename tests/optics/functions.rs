@@ -1,5 +1,4 @@
-//! Phase functions and their moments: closed forms, tables given by users, soundness over whole
-//! ranges.
+//! Phase functions and their moments: closed forms, soundness over whole ranges.
 
 use std::f64::consts::PI;
 
@@ -84,50 +83,6 @@ fn squared_moments_convolve() {
 }
 
 #[test]
-fn tables_are_read_as_given() {
-    let isotropic = PhaseFunction::tabulated(&[(0.0, 3.0), (180.0, 3.0)]).unwrap();
-    assert!(grid_deg().iter().all(|a| (isotropic.value(a.to_radians()) - 1.0).abs() < 1e-12));
-    assert!(isotropic.asymmetry().abs() < 1e-12);
-
-    // A table of the function's own grid gives the same function.
-    let original = &reference_channels(0)[1].phase;
-    let points: Vec<(f64, f64)> = grid_deg().iter().zip(original.grid_values()).map(|(a, p)| (*a, 40.0 * p)).collect();
-    let again = PhaseFunction::tabulated(&points).unwrap();
-    assert!(original.grid_values().iter().zip(again.grid_values()).all(|(p, q)| (p / q - 1.0).abs() < 1e-12));
-
-    // Zeros, huge and tiny values, tables that do not reach the ends.
-    for points in [
-        vec![(0.0, 1.0), (90.0, 0.0), (180.0, 0.0)],
-        vec![(0.0, 0.0), (180.0, 1.0)],
-        vec![(20.0, 1e300), (30.0, 1e-300)],
-        vec![(179.0, 0.0), (180.0, 1e-300)],
-    ] {
-        let phase = PhaseFunction::tabulated(&points).unwrap();
-        check_sound(&phase);
-    }
-}
-
-#[test]
-fn broken_tables_are_refused_with_a_reason() {
-    for (points, reason) in [
-        (vec![], "at least 2"),
-        (vec![(0.0, 1.0)], "at least 2"),
-        (vec![(0.0, 1.0), (0.0, 1.0)], "not larger"),
-        (vec![(10.0, 1.0), (5.0, 1.0)], "not larger"),
-        (vec![(-1.0, 1.0), (5.0, 1.0)], "0..180"),
-        (vec![(0.0, 1.0), (181.0, 1.0)], "0..180"),
-        (vec![(f64::NAN, 1.0), (5.0, 1.0)], "0..180"),
-        (vec![(0.0, -1.0), (5.0, 1.0)], ">= 0"),
-        (vec![(0.0, f64::INFINITY), (5.0, 1.0)], ">= 0"),
-        (vec![(0.0, 0.0), (180.0, 0.0)], "all values are 0"),
-        (vec![(45.01, 0.0), (45.03, 1.0), (45.05, 0.0)], "too narrow"),
-    ] {
-        let error = PhaseFunction::tabulated(&points).unwrap_err();
-        assert!(error.contains(reason), "{points:?}: {error}");
-    }
-}
-
-#[test]
 fn a_smooth_cut_splits_without_loss() {
     let (inner, outer) = (4_f64.to_radians(), 6_f64.to_radians());
     for channel in reference_channels(1) {
@@ -150,7 +105,7 @@ fn a_smooth_cut_splits_without_loss() {
 }
 
 /// What every phase function must satisfy.
-fn check_sound(phase: &PhaseFunction) {
+pub(crate) fn check_sound(phase: &PhaseFunction) {
     assert!(phase.grid_values().iter().all(|v| v.is_finite() && *v >= 0.0));
     assert!((phase.integral(|_| 1.0) - 1.0).abs() < 1e-6, "norm {}", phase.integral(|_| 1.0));
     assert!((phase.fraction_within(PI) - 1.0).abs() < 1e-6);
@@ -163,11 +118,6 @@ fn check_sound(phase: &PhaseFunction) {
         before = within;
     }
     assert!((-1.0..=1.0).contains(&phase.asymmetry()));
-}
-
-/// Values of tables: zeros among numbers of any size.
-fn table_values() -> impl Strategy<Value = Vec<f64>> {
-    prop::collection::vec(prop_oneof![Just(0.0), 1e-9..1e9_f64], 2..40)
 }
 
 proptest! {
@@ -195,17 +145,6 @@ proptest! {
             prop_assert!(channel.cross_section_um2 > 0.0);
             prop_assert!((0.0..=1.0).contains(&channel.albedo));
             prop_assert!(channel.moments.iter().all(|m| m.abs() <= 1.0 + 1e-9));
-        }
-    }
-
-    #[test]
-    fn all_tables_give_sound_optics(values in table_values()) {
-        let step = 180.0 / (values.len() - 1) as f64;
-        let points: Vec<(f64, f64)> =
-            values.iter().enumerate().map(|(i, v)| ((i as f64 * step).min(180.0), *v)).collect();
-        match PhaseFunction::tabulated(&points) {
-            Ok(phase) => check_sound(&phase),
-            Err(_) => prop_assert!(values.iter().all(|v| *v == 0.0)),
         }
     }
 

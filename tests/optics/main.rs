@@ -8,6 +8,7 @@ mod functions;
 mod mixes;
 mod reference;
 mod spheres;
+mod tables;
 
 use std::sync::OnceLock;
 

@@ -1,8 +1,10 @@
 //! Mixes: what is refused, how they are named and stored.
 
-use std::sync::{Arc, Mutex};
+use std::sync::Mutex;
 
-use skyloom::optics::{Channel, Mix, Sampling, channels, channels_sampled};
+use skyloom::optics::{
+    BROADNESS, Channel, EFFECTIVE_RADIUS_UM, Mix, PhaseTable, REAL_INDEX, Sampling, channels, channels_sampled,
+};
 
 use crate::{REFERENCE_INDEX, reference_channels};
 
@@ -13,6 +15,7 @@ fn mixes_out_of_range_are_refused() {
         broadness,
         refractive_index,
     };
+    let even = PhaseTable::new(&[(0.0, 1.0), (180.0, 1.0)]).unwrap();
     for mix in [
         gamma(0.4, 2.0, None),
         gamma(51.0, 2.0, None),
@@ -21,9 +24,29 @@ fn mixes_out_of_range_are_refused() {
         gamma(7.0, 2.0, Some([1.33, 1.0, 1.33])),
         Mix::HenyeyGreenstein { asymmetry: 0.5, albedo: 1.1 },
         Mix::HenyeyGreenstein { asymmetry: 1.0, albedo: 1.0 },
-        Mix::Tabulated { points: Arc::from([]), albedo: 1.0 },
+        Mix::Tabulated { table: even.clone(), albedo: -0.1 },
     ] {
         assert!(channels(&mix, &|_| {}).is_err(), "{}", mix.describe());
+    }
+}
+
+/// All that a scene may ask for can be computed: the ends of all ranges together.
+#[test]
+fn droplets_at_the_ends_of_their_ranges_have_optics() {
+    let ends = |range: std::ops::RangeInclusive<f64>| [*range.start(), *range.end()];
+    let [low, high] = ends(REAL_INDEX);
+    for effective_radius_um in ends(EFFECTIVE_RADIUS_UM) {
+        for broadness in ends(BROADNESS) {
+            for refractive_index in [None, Some([low; 3]), Some([high, low, 1.33])] {
+                let mix = Mix::Gamma { effective_radius_um, broadness, refractive_index };
+                let sampling = Sampling { wavelengths: 1, radii: 12 };
+                for channel in channels_sampled(&mix, &sampling, &|_| {}).unwrap() {
+                    assert!(channel.cross_section_um2 > 0.0 && channel.cross_section_um2.is_finite());
+                    assert!((0.5..=1.0).contains(&channel.albedo), "{}: {}", mix.describe(), channel.albedo);
+                    assert!(channel.moments.iter().all(|moment| moment.abs() <= 1.0 + 1e-9), "{}", mix.describe());
+                }
+            }
+        }
     }
 }
 
@@ -52,7 +75,7 @@ fn channels_survive_the_store_bit_by_bit() {
 #[test]
 fn keys_name_mixes_exactly() {
     let gamma = |r: f64, index| Mix::Gamma { effective_radius_um: r, broadness: 2.0, refractive_index: index };
-    let table = |v: f64| Mix::Tabulated { points: Arc::from([(0.0, 1.0), (180.0, v)]), albedo: 1.0 };
+    let table = |v: f64| Mix::Tabulated { table: PhaseTable::new(&[(0.0, 1.0), (180.0, v)]).unwrap(), albedo: 1.0 };
     let mixes = [
         gamma(7.0, None),
         gamma(7.0_f64.next_up(), None),

@@ -11,7 +11,7 @@ use skyloom::image::sha256_hex;
 use skyloom::plan::{Choice, Plan, expected_error, meets_tolerance};
 use skyloom::render::{Fault as Whose, Images, Job, RenderError, Renderer, RendererOptions, Texture, Watch};
 use skyloom::request::{QUERY_PARAMETERS, Request, RequestError};
-use skyloom::scene::Scene;
+use skyloom::scene::{Scene, SceneError};
 use skyloom::store::{Folder, Store};
 use skyloom::tables::TableLibrary;
 
@@ -165,7 +165,7 @@ pub(super) fn read_scene(path: &Path, unknown: Unknown) -> Result<(Scene, Images
         images.insert(sha256.clone(), Arc::new(image));
         Ok(sha256)
     };
-    let scene = Scene::with_image_names(&text, &mut resolve)?;
+    let scene = Scene::with_image_names(&text, &mut resolve).map_err(|error| Fault::scene(path, &error))?;
     let mut found = scene.check_images(&images);
     if unknown == Unknown::Kept {
         let absent: Vec<_> =
@@ -173,9 +173,9 @@ pub(super) fn read_scene(path: &Path, unknown: Unknown) -> Result<(Scene, Images
         found.errors.retain(|error| absent.iter().all(|reference| reference.pointer != error.pointer));
     }
     if !found.errors.is_empty() {
-        return Err(Fault::fields(&found.errors));
+        return Err(Fault::scene(path, &SceneError::Invalid(found.errors)));
     }
-    tell(&found.notes);
+    tell(path, &found.notes);
     Ok((scene, images))
 }
 

@@ -119,7 +119,7 @@ fn cells(panels: &[Panel], count: usize, last: f64, end: impl Fn(&Panel) -> f64)
 mod tests {
 
     use super::{DVec3, PI, Random, Scattering};
-    use crate::optics::PhaseFunction;
+    use crate::optics::{PhaseFunction, PhaseTable};
 
     #[test]
     fn values_are_those_of_the_phase_function() {
@@ -137,7 +137,7 @@ mod tests {
     fn drawn_angles_are_spread_like_the_phase_function() {
         // A peak as steep as that of large droplets, on a broad rest.
         let points = [(0.0, 1e5), (1.0, 2e2), (5.0, 5.0), (90.0, 0.03), (140.0, 0.3), (180.0, 0.1)];
-        let phase = PhaseFunction::tabulated(&points).unwrap();
+        let phase = PhaseTable::new(&points).unwrap().phase().clone();
         let scattering = Scattering::new(&phase);
         let mut random = Random::new(7, 0);
         let axis = DVec3::new(0.6, 0.0, -0.8);

@@ -1,0 +1,245 @@
+//! The fields of a scene as a table: what `docs/scene.md` says about each. Ranges are those of the types that hold them,
+//! defaults those that the parser fills in.
+
+use super::parse::{LAYER_KINDS, THICKNESS_KINDS};
+use super::quantity::*;
+use super::{Pattern, Scene};
+use serde_json::Value;
+use std::fmt::Write as _;
+use std::ops::RangeInclusive;
+
+/// Fields that stand together.
+#[derive(Debug)]
+pub struct Group {
+    /// What they belong to.
+    pub title: &'static str,
+    /// Where they are in a scene, as a JSON pointer.
+    pub place: &'static str,
+    /// The least scene that has them, as JSON: what it gives is needed, all else has a default.
+    pub least: &'static str,
+    /// The fields.
+    pub fields: &'static [Field],
+}
+
+/// A field of a scene.
+#[derive(Debug)]
+pub struct Field {
+    /// JSON pointer from the group's place.
+    pub pointer: &'static str,
+    /// Its values.
+    pub allowed: Allowed,
+    /// What it does; Markdown.
+    pub meaning: &'static str,
+}
+
+/// Values of a field.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Allowed {
+    /// A number: its range, its unit.
+    Number(RangeInclusive<f64>, &'static str),
+    /// Three numbers, red, green, blue, or one for all.
+    Colour(RangeInclusive<f64>),
+    /// A whole number.
+    Whole(RangeInclusive<u32>),
+    /// One of some words.
+    Words(&'static [&'static str]),
+    /// Something else, in words.
+    Other(&'static str),
+}
+
+const fn number<Q: Quantity>(pointer: &'static str, meaning: &'static str) -> Field {
+    Field { pointer, allowed: Allowed::Number(Q::RANGE, Q::UNIT), meaning }
+}
+
+const fn colour<Q: Quantity>(pointer: &'static str, meaning: &'static str) -> Field {
+    Field { pointer, allowed: Allowed::Colour(Q::RANGE), meaning }
+}
+
+const fn field(pointer: &'static str, allowed: Allowed, meaning: &'static str) -> Field {
+    Field { pointer, allowed, meaning }
+}
+
+/// All fields.
+pub const GROUPS: &[Group] = &[
+    Group {
+        title: "The scene",
+        place: "",
+        least: "{}",
+        fields: &[
+            number::<ExtentM>("/domain/extent_m", "side of the tile"),
+            field(
+                "/domain/resolution",
+                Allowed::Whole(1..=Scene::MAX_SIDE),
+                "texels a side of a synthetic field, and of a texture that asks for no `size`",
+            ),
+            number::<ZenithDeg>("/sun/zenith_deg", "from 90 on the sun gives no light"),
+            number::<AzimuthDeg>("/sun/azimuth_deg", "clockwise from north; kept as 0 to below 360"),
+            number::<AngularDiameterDeg>(
+                "/sun/angular_diameter_deg",
+                "across the sun's disc: blurs the edges of shadows; 0 is parallel light, the sun in the sky is 0.533",
+            ),
+            colour::<SunIrradiance>(
+                "/atmosphere/sun",
+                "irradiance of the sun on a plane facing it, above the clouds: klx, or your own unit; then give `sky` too",
+            ),
+            colour::<SkyRadiance>(
+                "/atmosphere/sky",
+                "radiance of the uniform sky: kcd/m², or your own unit; then give `sun` too",
+            ),
+            colour::<Albedo>(
+                "/ground/albedo",
+                "or `{\"image\": sha256, \"linear\": false}`: a map stretched over the domain, north up; a PNG is \
+                 sRGB-decoded unless `linear` is true",
+            ),
+            field("/layers", Allowed::Other("0 to 4 layers"), "bottom to top: each base must be above the one before"),
+        ],
+    },
+    Group {
+        title: "A layer",
+        place: "/layers/0",
+        least: r#"{"layers": [{"thickness": {"kind": "uniform", "metres": 100}}]}"#,
+        fields: &[
+            field("/kind", Allowed::Words(&LAYER_KINDS), ""),
+            number::<BaseM>(
+                "/base_m",
+                "height of the flat base, above that of the layer before; with 0 in the lowest, `irradiance` is the flux \
+                 through the base",
+            ),
+            field("/thickness/kind", Allowed::Words(&THICKNESS_KINDS), "each with fields of its own, below"),
+            number::<SpeedMS>("/wind/speed_m_s", "mean wind"),
+            number::<AzimuthDeg>("/wind/from_deg", "where it comes from, clockwise from north; kept as 0 to below 360"),
+            number::<TurbulenceMS>(
+                "/wind/turbulence_m_s",
+                "root mean square speed of the eddies that move a field's parts against each other (a `stratocumulus` or \
+                 an `image`; a uniform layer has nothing to move, and the reply's `notes` say so)",
+            ),
+        ],
+    },
+    Group {
+        title: "`thickness` of kind `uniform`",
+        place: "/layers/0/thickness",
+        least: r#"{"layers": [{"thickness": {"kind": "uniform", "metres": 100}}]}"#,
+        fields: &[number::<ThicknessM>("/metres", "the same everywhere")],
+    },
+    Group {
+        title: "`thickness` of kind `image`",
+        place: "/layers/0/thickness",
+        least: r#"{"layers": [{"thickness": {"kind": "image", "scale_m": 500,
+            "image": "0000000000000000000000000000000000000000000000000000000000000000"}}]}"#,
+        fields: &[
+            field("/image", Allowed::Other("sha256"), "as its upload answered; a path on the command line"),
+            number::<ThicknessM>(
+                "/scale_m",
+                "metres for a sample of 1: red channel (0 to 1, or as it is in a float file) times `scale_m`, bilinear, \
+                 periodic",
+            ),
+        ],
+    },
+    Group {
+        title: "`thickness` of kind `stratocumulus`",
+        place: "/layers/0/thickness",
+        least: r#"{"layers": [{"thickness": {"kind": "stratocumulus"}}]}"#,
+        fields: &[
+            field("/pattern", Allowed::Words(&Pattern::WORDS), "structure"),
+            number::<MeanThicknessM>("/mean_m", "mean thickness of the cloudy part"),
+            number::<Coverage>(
+                "/coverage",
+                "part of the domain with more than 1 m of cloud (a tenth of `mean_m` where that is less); a gap is exactly 0",
+            ),
+            number::<CellM>(
+                "/cell_m",
+                "size of a convective cell. The domain holds whole cells: between two such sizes one pattern fades into \
+                 the other",
+            ),
+            field("/seed", Allowed::Whole(0..=u32::MAX), "picks one field of many alike"),
+        ],
+    },
+    Group {
+        title: "`droplets` of water",
+        place: "/layers/0/droplets",
+        least: r#"{"layers": [{"thickness": {"kind": "uniform", "metres": 100}}]}"#,
+        fields: &[
+            number::<EffectiveRadiusUm>("/effective_radius_um", "r_e = (broadness+2) r_n"),
+            number::<Broadness>("/broadness", "N(r) ~ r^(broadness-1) exp(-r/r_n)"),
+            number::<NumberPerCm3>("/number_per_cm3", "droplets; without effect beside `extinction_per_m`"),
+            number::<ExtinctionPerM>("/extinction_per_m", "the same in all channels, in place of that by Mie theory"),
+            colour::<RefractiveIndex>("/refractive_index", "in place of the real parts of water's own"),
+        ],
+    },
+    Group {
+        title: "`droplets` of Henyey and Greenstein's phase function, the same in all channels",
+        place: "/layers/0/droplets",
+        least: r#"{"layers": [{"thickness": {"kind": "uniform", "metres": 100},
+            "droplets": {"henyey_greenstein": 0.85, "extinction_per_m": 0.04}}]}"#,
+        fields: &[
+            number::<Asymmetry>("/henyey_greenstein", "mean cosine of the scattering angle"),
+            number::<ExtinctionPerM>("/extinction_per_m", "extinction"),
+            number::<Albedo>("/albedo", "single-scattering albedo"),
+        ],
+    },
+    Group {
+        title: "`droplets` of a tabulated phase function (ice, dust), the same in all channels",
+        place: "/layers/0/droplets",
+        least: r#"{"layers": [{"thickness": {"kind": "uniform", "metres": 100},
+            "droplets": {"phase_function": [[0, 10], [90, 1], [180, 2]], "extinction_per_m": 0.04}}]}"#,
+        fields: &[
+            field("/phase_function", Allowed::Other("pairs `[degrees, value]`"), "see below"),
+            number::<ExtinctionPerM>("/extinction_per_m", "extinction"),
+            number::<Albedo>("/albedo", "single-scattering albedo"),
+        ],
+    },
+];
+
+impl Group {
+    /// The group as a table in Markdown.
+    pub fn markdown(&self) -> String {
+        let full = Scene::from_json(self.least.as_bytes()).map_or(Value::Null, |scene| scene.to_json());
+        let least: Value = serde_json::from_str(self.least).unwrap_or_default();
+        let mut text = "| field | range | default | meaning |\n|---|---|---|---|\n".to_owned();
+        for Field { pointer, allowed, meaning } in self.fields {
+            let at = format!("{}{pointer}", self.place);
+            let default = match (least.pointer(&at), full.pointer(&at)) {
+                (Some(_), _) => "needed".to_owned(),
+                (None, Some(value)) => in_words(value),
+                (None, None) => "none".to_owned(),
+            };
+            let name = pointer.trim_start_matches('/').replace('/', ".");
+            // Writing to a String cannot fail.
+            let _ = writeln!(text, "| `{name}` | {} | {default} | {meaning} |", allowed.in_words());
+        }
+        text
+    }
+}
+
+impl Allowed {
+    fn in_words(&self) -> String {
+        let range = |range: &RangeInclusive<f64>| format!("{} to {}", short(*range.start()), short(*range.end()));
+        match self {
+            Self::Number(allowed, "") => range(allowed),
+            Self::Number(allowed, unit) => format!("{} {unit}", range(allowed)),
+            Self::Colour(allowed) => format!("{}, or [r, g, b]", range(allowed)),
+            Self::Whole(allowed) => format!("{} to {}", allowed.start(), allowed.end()),
+            Self::Words(words) => words.iter().map(|word| format!("`{word}`")).collect::<Vec<_>>().join(", "),
+            Self::Other(words) => (*words).to_owned(),
+        }
+    }
+}
+
+/// A number, powers of ten from a million on as such.
+fn short(number: f64) -> String {
+    let power = number.abs().log10();
+    if power >= 6.0 && power.fract() == 0.0 { format!("10^{power}") } else { number.to_string() }
+}
+
+fn in_words(value: &Value) -> String {
+    match value {
+        Value::Number(number) => number.as_f64().map_or_else(String::new, short),
+        Value::String(word) => format!("`{word}`"),
+        Value::Array(list) if list.is_empty() => "none".to_owned(),
+        Value::Array(list) if list.iter().all(|item| Some(item) == list.first()) => {
+            list.first().map_or_else(String::new, in_words)
+        }
+        Value::Array(list) => format!("[{}]", list.iter().map(in_words).collect::<Vec<_>>().join(", ")),
+        other => other.to_string(),
+    }
+}
