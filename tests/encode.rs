@@ -57,7 +57,7 @@ fn metadata() -> Metadata {
         time_s: 123_456_789.1,
         axes: "enu".to_owned(),
         scene: "0123abcd".to_owned(),
-        version: "0.1.0+abc".to_owned(),
+        version: "0.2.0+abc".to_owned(),
         adapter: None,
         white_luminance: Some(1000.0),
         periodic: true,
@@ -165,7 +165,7 @@ fn another_reader_finds_the_attributes() {
     assert_eq!(own.white_luminance, Some(1000.0));
     assert_eq!(own.adopted_neutral, Some(Vec2(0.3127, 0.3290)));
     assert_eq!(own.wrap_mode_name, text("periodic"));
-    assert_eq!(own.software_name, text("skyloom 0.1.0+abc"));
+    assert_eq!(own.software_name, text("skyloom 0.2.0+abc"));
     assert_eq!(own.comments, text("radiance"));
     assert_eq!((own.latitude, own.longitude, own.altitude), (Some(52.5), Some(-13.25), Some(34.0)));
     assert_eq!((own.capture_date.clone(), own.utc_offset), (text("2026:06:21 10:00:00"), Some(0.0)));
@@ -185,7 +185,7 @@ fn another_reader_finds_the_attributes() {
         ("time", "123456790"),
         ("timeExact", "\"123456789.1\""),
         ("unit", "\"kcd/m2\""),
-        ("version", "\"0.1.0+abc\""),
+        ("version", "\"0.2.0+abc\""),
     ];
     let applicable = [
         ("adapter", "\"a device\""),

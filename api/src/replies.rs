@@ -18,8 +18,8 @@ const ATTEMPTS: usize = 3;
 pub struct Reply {
     /// The file.
     pub bytes: Bytes,
-    /// Bits of a sample.
-    pub bits: u32,
+    /// Bits of a sample, and why an OpenEXR file that may be half is float.
+    pub depth: String,
     /// Its media type.
     pub media_type: &'static str,
     /// Height, width, channels.

@@ -31,7 +31,7 @@ use crate::version::{self, Caching};
 /// How often the log tells how far tables are.
 const TELL_EVERY: Duration = Duration::from_secs(2);
 const SHAPE: HeaderName = HeaderName::from_static("x-skyloom-shape");
-/// Bits of a sample: an EXR is half unless its values need floats.
+/// Bits of a sample: an EXR is half unless its values need floats, which the parameter `reason` explains (RFC 9651).
 const DEPTH: HeaderName = HeaderName::from_static("skyloom-depth");
 const EXPECTED_ERROR: HeaderName = HeaderName::from_static("skyloom-expected-error");
 const TOLERANCE_MET: HeaderName = HeaderName::from_static("skyloom-tolerance-met");
@@ -200,7 +200,9 @@ async fn make(
         let file = (picture.encode)().map_err(|error| ApiError::from(failure(error)))?;
         let mut timings = picture.timings;
         timings.push(("encode", start.elapsed()));
-        Ok(Reply { bytes: file.bytes.into(), bits: file.bits, media_type, shape: picture.shape, timings })
+        let reason = file.reason.map_or_else(String::new, |reason| format!(";reason=\"{reason}\""));
+        let depth = format!("{}{reason}", file.bits);
+        Ok(Reply { bytes: file.bytes.into(), depth, media_type, shape: picture.shape, timings })
     })
     .await?;
     Ok(reply)
@@ -325,7 +327,7 @@ impl Head<'_> {
         let headers = response.headers_mut();
         headers.insert(SHAPE, value(&format!("{height},{width},{channels}"))?);
         headers.insert(SERVER_TIMING, value(&timing)?);
-        headers.insert(DEPTH, HeaderValue::from(reply.bits));
+        headers.insert(DEPTH, value(&reply.depth)?);
         Ok(response)
     }
 

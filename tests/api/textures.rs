@@ -233,3 +233,20 @@ fn monte_carlo_is_left_to_the_command_line() {
     let problem = common.server.get(&format!("{sky}/cloud.exr?method=reference")).problem(422);
     assert_eq!(problem["errors"][0]["pointer"], "method");
 }
+
+/// A scene in lux: what half floats hold is half, what they cannot hold is float and says why, and half on demand is refused.
+#[test]
+fn values_beyond_half_floats_are_written_as_floats() {
+    let common = common();
+    let mut bright = scene();
+    bright["atmosphere"] = json!({ "sun": [127_000, 121_000, 113_000], "sky": [3000, 4000, 6000] });
+    let (usual, bright) = (common.server.sky(&scene()), common.server.sky(&bright));
+    let depth = |path: String| common.server.get(&path).header("skyloom-depth").to_owned();
+    assert_eq!(depth(format!("{usual}/irradiance.exr?size=9")), "16");
+    assert_eq!(depth(format!("{usual}/irradiance.exr?size=9&depth=32")), "32");
+    assert_eq!(depth(format!("{usual}/irradiance.png?size=9")), "8");
+    let told = depth(format!("{bright}/irradiance.exr?size=9"));
+    assert!(told.starts_with("32;reason=\"") && told.contains("65504"), "{told}");
+    common.server.get(&format!("{bright}/irradiance.exr?size=9&depth=16")).names(422, "depth");
+    assert_eq!(depth(format!("{bright}/irradiance.exr?size=9&depth=16&scale=0.001")), "16");
+}
