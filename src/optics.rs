@@ -16,6 +16,7 @@ use std::ops::RangeInclusive;
 
 use sha2::{Digest, Sha256};
 
+mod channel;
 pub mod ensemble;
 pub mod mie;
 pub mod moments;
@@ -26,6 +27,7 @@ mod store;
 mod table;
 pub mod water;
 
+pub use channel::Channel;
 pub use ensemble::Sampling;
 pub use moments::{moments, resum};
 pub use phase::{Cut, PhaseFunction};
@@ -41,8 +43,6 @@ pub const EFFECTIVE_RADIUS_UM: RangeInclusive<f64> = 0.5..=50.0;
 pub const BROADNESS: RangeInclusive<f64> = 0.5..=20.0;
 /// Real parts of the refractive index accepted.
 pub const REAL_INDEX: RangeInclusive<f64> = 1.01..=2.0;
-/// Largest size of the asymmetry of a Henyey-Greenstein phase function.
-pub const MAX_ASYMMETRY: f64 = 0.99;
 
 /// Moments kept for phase functions that are given outright: 0.99^l is 2e-9 there.
 const GIVEN_MOMENTS: usize = 2000;
@@ -136,22 +136,6 @@ impl Eq for Mix {}
 /// Exact text of a number; both zeros give the same.
 fn bits(value: f64) -> String {
     format!("{:016x}", (value + 0.0).to_bits())
-}
-
-/// Optics of a droplet mix in one channel.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Channel {
-    /// Mean extinction cross-section of a droplet, µm²; 0 where extinction is the caller's.
-    /// Extinction in 1/m is number_per_cm3 * 1e6 * cross_section_um2 * 1e-12.
-    pub cross_section_um2: f64,
-    /// Single-scattering albedo, 0..1.
-    pub albedo: f64,
-    /// Mean cosine of the scattering angle, -1..1: that of `phase`, equal to `moments[1]`.
-    pub asymmetry: f64,
-    /// Phase function.
-    pub phase: PhaseFunction,
-    /// Legendre moments chi_l of `phase`, chi_0 = 1, as many as it takes until they have died out.
-    pub moments: Vec<f64>,
 }
 
 /// Optics of a mix in red, green, blue with the usual sampling; seconds for droplets, more for

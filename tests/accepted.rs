@@ -8,7 +8,7 @@ use common::sky::Sky;
 use proptest::prelude::*;
 use proptest::test_runner::Config;
 use serde_json::{Value, json};
-use skyloom::render::Watch;
+use skyloom::render::{RenderError, Watch};
 use skyloom::scene::{Scene, SceneError};
 use std::sync::{LazyLock, Mutex, MutexGuard, PoisonError};
 
@@ -264,14 +264,12 @@ fn the_ends_of_all_ranges_render() {
     }
 }
 
-/// Images whose samples are anything that a float can be.
+/// Images whose samples are any floats that their fields allow render; others are refused before anything is rendered.
 #[test]
-fn any_image_renders() {
-    let odd =
-        [0.0, 1.0, -1.0, 1e38, f32::MIN_POSITIVE, 1e-40, f32::MAX, 0.5, 0.25, -0.0, 1e-3, 2.0, 1e10, 3.0, 4.0, 1.0];
-    let name = sky().add_image(4, 4, odd.to_vec());
-    let thickness = json!({ "kind": "image", "image": name, "scale_m": 1e5 });
-    for turbulence in [0, 50] {
+fn any_image_renders_or_is_refused() {
+    let allowed = [0.0, 1.0, -0.0, f32::MIN_POSITIVE, 1e-40, 1e-3, 0.25, 0.5, 0.999_999_94, 1e-20, 0.0, 1.0];
+    let of = |name: &str, turbulence: u32| {
+        let thickness = json!({ "kind": "image", "image": name, "scale_m": 1e5 });
         let mut scene = stacked(
             json!({ "extent_m": 100, "resolution": 8 }),
             40.0,
@@ -281,6 +279,19 @@ fn any_image_renders() {
             ]),
         );
         scene["ground"]["albedo"] = json!({ "image": name });
-        check(&scene, ALL).unwrap();
+        scene
+    };
+    let name = sky().add_image(4, 3, allowed.to_vec());
+    for turbulence in [0, 50] {
+        check(&of(&name, turbulence), ALL).unwrap();
+    }
+    for wrong in [-1.0, -1e-30, 1.000_001, 2.0, 1e10, 1e38, f32::MAX, f32::MIN] {
+        let mut samples = allowed;
+        samples[7] = wrong;
+        let name = sky().add_image(4, 3, samples.to_vec());
+        let refused = sky().prepare(&of(&name, 0), ("thickness", "f32"), &[]);
+        let Err(RenderError::Invalid(errors)) = refused else { panic!("{wrong} was taken") };
+        assert_eq!(errors[0].pointer, "/ground/albedo/image", "{wrong}");
+        assert!(errors.iter().all(|error| error.detail.contains("column 3, row 1")), "{errors:?}");
     }
 }

@@ -2,49 +2,25 @@
 
 use std::ffi::OsString;
 use std::fmt::Write as _;
-use std::io::{IsTerminal as _, Read as _, Write as _};
-use std::path::{Path, PathBuf};
+use std::io::{IsTerminal as _, Write as _};
+use std::path::PathBuf;
 use std::process::ExitCode;
 
 use clap::{Arg, ArgAction, ArgMatches, Command, value_parser};
 use skyloom::chart::CHARTS;
 use skyloom::request::{QUERY_PARAMETERS, TextureKind};
-use skyloom::scene::{FieldError, SceneError};
 
 use crate::config::{Config, Listen};
 use crate::serve;
 
 mod chart;
+mod fault;
 mod film;
 mod render;
+mod streams;
 
-/// Why a command did not do what was asked.
-#[derive(Debug)]
-enum Fault {
-    /// The caller can put it right: exit code 2.
-    Usage(String),
-    /// The machine or the program could not: exit code 1.
-    Failure(String),
-}
-
-impl Fault {
-    fn fields(errors: &[FieldError]) -> Self {
-        let lines: Vec<_> = errors.iter().map(|error| format!("{}: {}", error.pointer, error.detail)).collect();
-        Self::Usage(lines.join("\n"))
-    }
-
-    /// What is wrong with a scene, each line behind the name of its file.
-    fn scene(path: &Path, error: &SceneError) -> Self {
-        let file = path.display();
-        let lines = match error {
-            SceneError::Invalid(errors) => {
-                errors.iter().map(|error| format!("{file}: {}: {}", error.pointer, error.detail)).collect()
-            }
-            other => vec![format!("{file}: {other}")],
-        };
-        Self::Usage(lines.join("\n"))
-    }
-}
+use fault::Fault;
+use streams::{tell, to_stdout};
 
 /// Runs the command line of this process.
 pub fn main() -> ExitCode {
@@ -311,14 +287,6 @@ fn check(options: &ArgMatches) -> Result<(), Fault> {
     Ok(())
 }
 
-/// Prints notes on a scene on stderr.
-fn tell(path: &Path, notes: &[FieldError]) {
-    for note in notes {
-        // Nothing can be done when even stderr is closed.
-        writeln!(std::io::stderr(), "{}: note: {}: {}", path.display(), note.pointer, note.detail).unwrap_or_default();
-    }
-}
-
 fn list_adapters() -> Result<(), Fault> {
     let adapters = skyloom::gpu::adapters(None);
     let mut text = String::new();
@@ -335,21 +303,6 @@ fn list_adapters() -> Result<(), Fault> {
         ));
     }
     to_stdout(text.as_bytes())
-}
-
-fn to_stdout(bytes: &[u8]) -> Result<(), Fault> {
-    let mut stdout = std::io::stdout().lock();
-    stdout.write_all(bytes).and_then(|()| stdout.flush()).map_err(|error| Fault::Failure(format!("stdout: {error}")))
-}
-
-/// Reads a file, or stdin for `-`.
-fn read(path: &Path) -> std::io::Result<Vec<u8>> {
-    if path == Path::new("-") {
-        let mut bytes = Vec::new();
-        std::io::stdin().lock().read_to_end(&mut bytes)?;
-        return Ok(bytes);
-    }
-    std::fs::read(path)
 }
 
 #[cfg(test)]

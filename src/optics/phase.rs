@@ -11,6 +11,9 @@ use std::sync::OnceLock;
 
 use super::quadrature::gauss_legendre;
 
+/// Largest size of the asymmetry of a Henyey-Greenstein phase function.
+pub const MAX_ASYMMETRY: f64 = 0.99;
+
 /// Parts of the first half of the grid, in hundredths of a degree: (end, step). The finest steps
 /// resolve the forward peak and the glory of droplets of 50 µm; the bows lie at 120..160 degrees.
 const GRID_PARTS: [(u32, u32); 5] = [(50, 1), (500, 2), (1000, 5), (6000, 10), (9000, 50)];
@@ -134,8 +137,8 @@ impl PhaseFunction {
     /// # Errors
     /// `g` out of range.
     pub fn henyey_greenstein(g: f64) -> Result<Self, String> {
-        if g.is_nan() || g.abs() > super::MAX_ASYMMETRY {
-            return Err(format!("the asymmetry {g} is not in -{0}..{0}", super::MAX_ASYMMETRY));
+        if g.is_nan() || g.abs() > MAX_ASYMMETRY {
+            return Err(format!("the asymmetry {g} is not in -{0}..{0}", MAX_ASYMMETRY));
         }
         // 1 + g² - 2 g cos a without cancellation near the peak.
         let at = |angle: f64| {

@@ -1,6 +1,7 @@
 //! Channels as plain numbers, for caches on disk.
 
-use super::{Channel, PhaseFunction};
+use super::channel::Channel;
+use super::phase::PhaseFunction;
 
 impl Channel {
     /// All numbers of the channel in a fixed order: cross-section, albedo, asymmetry, count and

@@ -1,9 +1,9 @@
 //! The fields of a scene as a table: what `docs/scene.md` says about each. Ranges are those of the types that hold them,
 //! defaults those that the parser fills in.
 
+use super::model::{Pattern, Scene};
 use super::parse::{LAYER_KINDS, THICKNESS_KINDS};
 use super::quantity::*;
-use super::{Pattern, Scene};
 use serde_json::Value;
 use std::fmt::Write as _;
 use std::ops::RangeInclusive;

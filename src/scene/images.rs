@@ -1,7 +1,7 @@
 //! Whether the images that a scene names hold what the scene takes them for.
 
+use super::model::{FieldError, ImagePurpose, Scene};
 use super::quantity::{Albedo, Quantity, ThicknessM};
-use super::{FieldError, ImagePurpose, Scene};
 use crate::image::colour::convert;
 use crate::image::{Colour, Extremes, Image, ImageEncoding, Matrix, number};
 use std::collections::HashMap;

@@ -1,8 +1,10 @@
 //! From JSON to a [`Scene`]: which fields there are, their defaults, and rules between them.
 
+use super::model::*;
 use super::quantity::*;
 use super::read::{Object, Reader, describe};
-use super::*;
+use super::{json, spelling};
+use crate::optics::PhaseTable;
 use crate::optics::{TABLE_POINTS, TableFault};
 use serde_json::Value;
 

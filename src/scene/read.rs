@@ -1,6 +1,8 @@
 //! Reading fields out of JSON: every wrong field is noted with its pointer, and reading goes on to the next.
 
-use super::{FieldError, quantity::Quantity, spelling};
+use super::model::FieldError;
+use super::quantity::Quantity;
+use super::spelling;
 use serde_json::{Map, Value};
 
 /// Collects what is wrong with a document.

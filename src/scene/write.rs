@@ -1,7 +1,7 @@
 //! From a [`Scene`] to JSON with every default spelled out: the text that names it.
 
+use super::model::*;
 use super::quantity::Quantity;
-use super::*;
 use serde_json::{Value, json};
 
 pub(super) fn scene(scene: &Scene) -> Value {

@@ -8,7 +8,7 @@ use clap::ArgMatches;
 use skyloom::chart::{CHARTS, Chart};
 use skyloom::tables::TableLibrary;
 
-use super::Fault;
+use super::fault::Fault;
 use super::render::{LateBar, cache};
 use crate::files;
 

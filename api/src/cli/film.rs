@@ -11,8 +11,9 @@ use skyloom::render::{Renderer, RendererOptions, Watch};
 use skyloom::request::Format;
 use skyloom::tables::TableLibrary;
 
+use super::fault::Fault;
 use super::render::{LateBar, Unknown, cache, fault, parsed, prepare, read_scene, scene_path};
-use super::{Fault, to_stdout};
+use super::streams::to_stdout;
 use crate::files;
 
 /// Speed of the search for a frame's 256 colours, 1 (best) to 30.

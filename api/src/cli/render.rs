@@ -15,7 +15,8 @@ use skyloom::scene::{Scene, SceneError};
 use skyloom::store::{Folder, Store};
 use skyloom::tables::TableLibrary;
 
-use super::{Fault, read, tell, to_stdout};
+use super::fault::Fault;
+use super::streams::{read, tell, to_stdout};
 use crate::config::Limits;
 use crate::files;
 

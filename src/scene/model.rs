@@ -1,0 +1,385 @@
+//! What a scene is made of: each value is valid, so that later stages need no checks.
+
+use super::quantity::*;
+use super::{parse, write};
+use crate::optics::{Mix, PhaseTable};
+use sha2::{Digest, Sha256};
+
+/// One wrong field: where it is and what is allowed there.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct FieldError {
+    /// JSON pointer into the scene (`/layers/0/base_m`), or the name of a query parameter.
+    pub pointer: String,
+    /// What was given and what is allowed.
+    pub detail: String,
+}
+
+/// Why a scene was refused.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum SceneError {
+    /// Not JSON; the text says where it breaks.
+    #[error("not readable as JSON: {0}")]
+    Unreadable(String),
+    /// JSON, but with wrong fields; all of them are listed.
+    #[error("{}", list(.0))]
+    Invalid(Vec<FieldError>),
+}
+
+/// Wrong fields in one line.
+pub(crate) fn list(errors: &[FieldError]) -> String {
+    errors.iter().map(|e| format!("{}: {}", e.pointer, e.detail)).collect::<Vec<_>>().join("; ")
+}
+
+/// A valid scene.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Scene {
+    pub(crate) domain: Domain,
+    pub(crate) sun: Sun,
+    pub(crate) light: Light,
+    pub(crate) ground: Ground,
+    /// Bottom to top: each base lies above the one before.
+    pub(crate) layers: Vec<Layer>,
+}
+
+/// The square tile that is computed, periodic in x and y, centred on the origin.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Domain {
+    /// Side.
+    pub extent_m: ExtentM,
+    /// Texels a side of a synthetic field, and of a texture that asks for no other size: 1 to 4096.
+    pub resolution: u32,
+}
+
+/// Direction towards the sun.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Sun {
+    /// From straight up; above 90 the sun is below the horizon and gives no light.
+    pub zenith_deg: ZenithDeg,
+    /// Clockwise from north.
+    pub azimuth_deg: AzimuthDeg,
+    /// Across the disc, which blurs the edges of shadows; 0 is parallel light.
+    pub angular_diameter_deg: AngularDiameterDeg,
+}
+
+/// The light above the clouds, linear Rec.709.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Light {
+    /// Irradiance of the sun on a plane facing it.
+    pub sun: [SunIrradiance; 3],
+    /// Radiance of the sky, the same in all directions.
+    pub sky: [SkyRadiance; 3],
+}
+
+/// The ground at z = 0, a diffuse reflector.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Ground {
+    /// Its albedo.
+    pub albedo: GroundAlbedo,
+}
+
+/// One colour everywhere, or a map stretched over the domain.
+#[derive(Debug, Clone, PartialEq)]
+pub enum GroundAlbedo {
+    /// The same everywhere.
+    Uniform([Albedo; 3]),
+    /// A map with north up.
+    Map {
+        /// Name of the image.
+        image: ImageName,
+        /// Take the samples of a PNG as linear; otherwise they are decoded as sRGB.
+        linear: bool,
+    },
+}
+
+/// SHA-256 of an image file, 64 lower-case hexadecimal digits.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct ImageName(pub(crate) String);
+
+/// A layer of cloud.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Layer {
+    /// Height of its flat base.
+    pub base_m: BaseM,
+    /// Its thickness over the domain.
+    pub thickness: Thickness,
+    /// What it is made of.
+    pub droplets: Droplets,
+    /// What moves it.
+    pub wind: Wind,
+}
+
+/// Geometric thickness of a layer.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Thickness {
+    /// The same everywhere.
+    Uniform(ThicknessM),
+    /// A synthetic field.
+    Stratocumulus(Stratocumulus),
+    /// An image's first channel times a scale, bilinear and periodic.
+    Map {
+        /// Name of the image.
+        image: ImageName,
+        /// Metres for a sample of 1.
+        scale_m: ThicknessM,
+    },
+}
+
+/// A synthetic, tiling stratocumulus field.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Stratocumulus {
+    /// Kind of structure.
+    pub pattern: Pattern,
+    /// Mean over the cloudy part.
+    pub mean_m: MeanThicknessM,
+    /// Part of the domain with more than 1 m of cloud.
+    pub coverage: Coverage,
+    /// Size of a convective cell. The domain holds whole cells: between two such sizes, one pattern fades into the other.
+    pub cell_m: CellM,
+    /// Picks one field of many alike.
+    pub seed: u32,
+}
+
+/// Structure of a synthetic field.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Pattern {
+    /// Closed cells: thick centres, thin rims.
+    Closed,
+    /// Open cells: rings of cloud around clear centres.
+    Open,
+    /// No cells: a -5/3 spectrum alone.
+    Fractal,
+}
+
+impl Pattern {
+    pub(super) const ALL: [(&'static str, Self); 3] =
+        [("closed", Self::Closed), ("open", Self::Open), ("fractal", Self::Fractal)];
+    pub(super) const WORDS: [&'static str; 3] = [Self::ALL[0].0, Self::ALL[1].0, Self::ALL[2].0];
+}
+
+/// What scatters light in a layer.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Droplets {
+    /// Water droplets of a modified gamma distribution, by Mie theory.
+    Gamma {
+        /// Effective radius.
+        effective_radius_um: EffectiveRadiusUm,
+        /// Broadness.
+        broadness: Broadness,
+        /// Number density; without effect where `extinction_per_m` is given.
+        number_per_cm3: NumberPerCm3,
+        /// Overrides the extinction in all three channels.
+        extinction_per_m: Option<ExtinctionPerM>,
+        /// Overrides the real part of the refractive index: red, green, blue.
+        refractive_index: Option<[RefractiveIndex; 3]>,
+    },
+    /// Henyey-Greenstein phase function, the same in all channels.
+    HenyeyGreenstein {
+        /// Mean cosine of the scattering angle.
+        asymmetry: Asymmetry,
+        /// Extinction.
+        extinction_per_m: ExtinctionPerM,
+        /// Single-scattering albedo.
+        albedo: Albedo,
+    },
+    /// A phase function given as a table, the same in all channels.
+    Tabulated {
+        /// The table.
+        table: PhaseTable,
+        /// Extinction.
+        extinction_per_m: ExtinctionPerM,
+        /// Single-scattering albedo.
+        albedo: Albedo,
+    },
+}
+
+/// Mean wind of a layer.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Wind {
+    /// Speed.
+    pub speed_m_s: SpeedMS,
+    /// Where it comes from, clockwise from north.
+    pub from_deg: AzimuthDeg,
+    /// Speed of the eddies that move a field's parts against each other: root mean square of their velocity.
+    pub turbulence_m_s: TurbulenceMS,
+}
+
+/// An image that a scene names.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ImageReference {
+    /// Where the scene names it.
+    pub pointer: String,
+    /// Its name: SHA-256 of the file.
+    pub sha256: String,
+    /// What it is to the scene.
+    pub purpose: ImagePurpose,
+}
+
+/// What a scene takes an image for.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum ImagePurpose {
+    /// Albedo of the ground, 0 to 1.
+    Albedo {
+        /// Whether the samples of a PNG are linear; otherwise they are decoded as sRGB.
+        linear: bool,
+    },
+    /// Thickness of cloud: the first channel.
+    Thickness {
+        /// Metres for a sample of 1.
+        scale_m: f64,
+    },
+}
+
+impl Scene {
+    /// Most bytes of JSON that are read as a scene.
+    pub const MAX_BYTES: usize = 256 * 1024;
+    /// Most layers of cloud.
+    pub const MAX_LAYERS: usize = 4;
+    /// Most texels a side of a field or texture.
+    pub const MAX_SIDE: u32 = 4096;
+
+    /// Reads a scene.
+    ///
+    /// # Errors
+    /// [`SceneError::Unreadable`] when the text is not JSON; [`SceneError::Invalid`] with every wrong field otherwise.
+    pub fn from_json(text: &[u8]) -> Result<Self, SceneError> {
+        parse::scene(text, &mut |name| Ok(name.to_owned()))
+    }
+
+    /// Reads a scene whose images may be given as something else than their hash, such as a file path: `resolve` turns
+    /// what is written there into the SHA-256 of the image, or says why it can't.
+    ///
+    /// # Errors
+    /// As [`Scene::from_json`].
+    pub fn with_image_names(
+        text: &[u8],
+        resolve: &mut dyn FnMut(&str) -> Result<String, String>,
+    ) -> Result<Self, SceneError> {
+        parse::scene(text, resolve)
+    }
+
+    /// The scene as JSON with every default spelled out. Reading it back gives an equal scene.
+    pub fn to_json(&self) -> serde_json::Value {
+        write::scene(self)
+    }
+
+    /// Name of the scene: the first 32 hexadecimal digits of the SHA-256 of its normalised JSON.
+    pub fn id(&self) -> String {
+        let digest = Sha256::digest(self.to_json().to_string().as_bytes());
+        digest.iter().take(16).map(|byte| format!("{byte:02x}")).collect()
+    }
+
+    /// Every image that the scene names, with the place where it does.
+    pub fn image_references(&self) -> Vec<ImageReference> {
+        let mut found = Vec::new();
+        let mut name = |pointer: String, image: &ImageName, purpose| {
+            found.push(ImageReference { pointer, sha256: image.0.clone(), purpose });
+        };
+        if let GroundAlbedo::Map { image, linear } = &self.ground.albedo {
+            name("/ground/albedo/image".to_owned(), image, ImagePurpose::Albedo { linear: *linear });
+        }
+        for (i, layer) in self.layers.iter().enumerate() {
+            if let Thickness::Map { image, scale_m } = &layer.thickness {
+                let purpose = ImagePurpose::Thickness { scale_m: scale_m.get() };
+                name(format!("/layers/{i}/thickness/image"), image, purpose);
+            }
+        }
+        found
+    }
+
+    /// Fields that are accepted but change nothing in this scene, or leave open what is meant.
+    pub fn notes(&self) -> Vec<FieldError> {
+        let mut notes = Vec::new();
+        for (i, layer) in self.layers.iter().enumerate() {
+            if layer.wind.turbulence_m_s.get() > 0.0 && matches!(layer.thickness, Thickness::Uniform(_)) {
+                let detail = "kept, without effect: a layer of the same thickness everywhere has nothing to move";
+                let pointer = format!("/layers/{i}/wind/turbulence_m_s");
+                notes.push(FieldError { pointer, detail: detail.to_owned() });
+            }
+            if let Droplets::Tabulated { table, .. } = &layer.droplets
+                && let Some(doubt) = table.doubt()
+            {
+                let pointer = format!("/layers/{i}/droplets/phase_function");
+                notes.push(FieldError { pointer, detail: doubt.to_string() });
+            }
+        }
+        notes
+    }
+
+    /// The droplet mixes whose tables a rendering needs, in the order of the layers.
+    pub fn mixes(&self) -> Vec<Mix> {
+        self.layers.iter().map(|layer| layer.droplets.mix()).collect()
+    }
+
+    /// Unit vector towards the sun (east, north, up).
+    pub fn sun_direction(&self) -> [f64; 3] {
+        direction(self.sun.zenith_deg.get(), self.sun.azimuth_deg.get())
+    }
+
+    /// Side of the domain, metres.
+    pub fn extent_m(&self) -> f64 {
+        self.domain.extent_m.get()
+    }
+
+    /// Number of layers of cloud, 0 to [`Scene::MAX_LAYERS`].
+    pub fn layer_count(&self) -> usize {
+        self.layers.len()
+    }
+
+    /// Texels a side unless a request asks for another size.
+    pub fn resolution(&self) -> u32 {
+        self.domain.resolution
+    }
+
+    /// Height of the lowest cloud base, metres; 0 without any layer.
+    pub fn base_m(&self) -> f64 {
+        self.layers.first().map_or(0.0, |layer| layer.base_m.get())
+    }
+}
+
+impl Droplets {
+    /// The mix without its number density: what tables depend on.
+    pub fn mix(&self) -> Mix {
+        match self {
+            Self::Gamma { effective_radius_um, broadness, refractive_index, .. } => Mix::Gamma {
+                effective_radius_um: effective_radius_um.get(),
+                broadness: broadness.get(),
+                refractive_index: refractive_index.map(|index| index.map(Quantity::get)),
+            },
+            Self::HenyeyGreenstein { asymmetry, albedo, .. } => {
+                Mix::HenyeyGreenstein { asymmetry: asymmetry.get(), albedo: albedo.get() }
+            }
+            Self::Tabulated { table, albedo, .. } => Mix::Tabulated { table: table.clone(), albedo: albedo.get() },
+        }
+    }
+
+    /// Extinction per metre of the three channels, given the mean extinction cross-sections per droplet in µm².
+    pub fn extinction_per_m(&self, cross_section_um2: [f64; 3]) -> [f64; 3] {
+        match self {
+            Self::Gamma { extinction_per_m: Some(extinction), .. }
+            | Self::HenyeyGreenstein { extinction_per_m: extinction, .. }
+            | Self::Tabulated { extinction_per_m: extinction, .. } => [extinction.get(); 3],
+            // 1 per cm³ = 1e6 per m³, 1 µm² = 1e-12 m².
+            Self::Gamma { number_per_cm3, .. } => cross_section_um2.map(|area| number_per_cm3.get() * 1e-6 * area),
+        }
+    }
+}
+
+/// Unit vector (east, north, up) of a zenith angle and an azimuth, degrees. Straight angles come out exact: a sun at 180
+/// degrees azimuth has no eastern part at all.
+pub(crate) fn direction(zenith_deg: f64, azimuth_deg: f64) -> [f64; 3] {
+    let (sin_zenith, cos_zenith) = sin_cos_deg(zenith_deg);
+    let (sin_azimuth, cos_azimuth) = sin_cos_deg(azimuth_deg);
+    [sin_zenith * sin_azimuth, sin_zenith * cos_azimuth, cos_zenith]
+}
+
+fn sin_cos_deg(degrees: f64) -> (f64, f64) {
+    let quarter = (degrees / 90.0).round();
+    let (sin, cos) = (degrees - 90.0 * quarter).to_radians().sin_cos();
+    match (quarter as i64).rem_euclid(4) {
+        0 => (sin, cos),
+        1 => (cos, -sin),
+        2 => (-sin, -cos),
+        _ => (-cos, sin),
+    }
+}
