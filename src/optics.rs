@@ -18,6 +18,7 @@ use sha2::{Digest, Sha256};
 
 mod channel;
 pub mod ensemble;
+mod error;
 pub mod mie;
 pub mod moments;
 pub mod phase;
@@ -29,6 +30,8 @@ pub mod water;
 
 pub use channel::Channel;
 pub use ensemble::Sampling;
+pub use error::OpticsError;
+use error::check;
 pub use moments::{moments, resum};
 pub use phase::{Cut, PhaseFunction};
 pub use quadrature::gauss_legendre;
@@ -146,7 +149,7 @@ fn bits(value: f64) -> String {
 ///
 /// # Errors
 /// What is out of range and what is allowed.
-pub fn channels(mix: &Mix, progress: &(dyn Fn(f64) + Sync)) -> Result<[Channel; 3], String> {
+pub fn channels(mix: &Mix, progress: &(dyn Fn(f64) + Sync)) -> Result<[Channel; 3], OpticsError> {
     channels_sampled(mix, &Sampling::default(), progress)
 }
 
@@ -158,7 +161,7 @@ pub fn channels_sampled(
     mix: &Mix,
     sampling: &Sampling,
     progress: &(dyn Fn(f64) + Sync),
-) -> Result<[Channel; 3], String> {
+) -> Result<[Channel; 3], OpticsError> {
     match mix {
         Mix::Gamma { effective_radius_um, broadness, refractive_index } => {
             check("effective radius in µm", *effective_radius_um, &EFFECTIVE_RADIUS_UM)?;
@@ -167,7 +170,7 @@ pub fn channels_sampled(
                 check("refractive index", *index, &REAL_INDEX)?;
             }
             let sizes = SizeDistribution { effective_radius_um: *effective_radius_um, broadness: *broadness };
-            let channel = |c: usize| -> Result<Channel, String> {
+            let channel = |c: usize| -> Result<Channel, OpticsError> {
                 let mean = ensemble::ensemble(
                     &sizes,
                     WAVELENGTHS_NM[c],
@@ -190,7 +193,7 @@ pub fn channels_sampled(
 }
 
 /// Three equal channels of a phase function given outright.
-fn given(phase: PhaseFunction, albedo: f64, progress: &(dyn Fn(f64) + Sync)) -> Result<[Channel; 3], String> {
+fn given(phase: PhaseFunction, albedo: f64, progress: &(dyn Fn(f64) + Sync)) -> Result<[Channel; 3], OpticsError> {
     check("albedo", albedo, &(0.0..=1.0))?;
     let channel = finish(0.0, albedo, phase, GIVEN_MOMENTS);
     progress(1.0);
@@ -210,13 +213,4 @@ fn moment_count(sizes: &SizeDistribution, wavelength_nm: f64) -> usize {
     let largest = sizes.sampler().largest_um();
     let size = std::f64::consts::TAU * largest / (wavelength_nm * 1e-3);
     ((2.0 * size).ceil() as usize + 16).clamp(256, 8192)
-}
-
-/// Says what is wrong with a value outside its range.
-fn check(what: &str, value: f64, range: &RangeInclusive<f64>) -> Result<(), String> {
-    if range.contains(&value) {
-        Ok(())
-    } else {
-        Err(format!("the {what} {value} is not in {}..{}", range.start(), range.end()))
-    }
 }

@@ -241,7 +241,7 @@ impl Moving<'_> {
     fn stages(&mut self, speed_m_s: f64, time_s: f64) -> Result<FieldStages, ChartError> {
         let job = self.job(speed_m_s, time_s)?;
         let stages = self.device.renderer.inspect(&job, &Watch::default())?;
-        stages.field.ok_or_else(|| ChartError::Empty("a synthetic field has stages"))
+        stages.field.ok_or(ChartError::Empty("a synthetic field has stages"))
     }
 
     fn time(&mut self, time_s: f64) -> Result<f64, ChartError> {

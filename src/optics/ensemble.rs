@@ -1,5 +1,6 @@
 //! Mean optics of a population of droplets in a narrow band of wavelengths.
 
+use super::error::OpticsError;
 use std::f64::consts::PI;
 use std::sync::atomic::{AtomicU64, Ordering};
 
@@ -81,7 +82,7 @@ pub fn ensemble(
     real_index: Option<f64>,
     sampling: &Sampling,
     progress: &(dyn Fn(f64) + Sync),
-) -> Result<Ensemble, String> {
+) -> Result<Ensemble, OpticsError> {
     let spheres = spheres(sizes, wavelength_nm, real_index, sampling);
     let half = grid_deg().len().div_ceil(2);
     let cosines: Vec<f64> = grid_deg().iter().take(half).map(|a| a.to_radians().cos()).collect();
@@ -120,7 +121,7 @@ pub fn ensemble(
     let raw_norm = intensity[0] / phase.grid_values()[0];
     let cross_section_um2 = sizes.mean_area_um2() * extinction / area;
     if !(cross_section_um2.is_finite() && cross_section_um2 > 0.0) {
-        return Err(format!("no finite extinction for droplets of {} µm", sizes.effective_radius_um));
+        return Err(OpticsError::NotFinite);
     }
     Ok(Ensemble {
         cross_section_um2,

@@ -6,6 +6,7 @@
 //! that P itself would have to be sampled far more finely around 0). Every integral is one of this
 //! interpolant.
 
+use super::error::{OpticsError, check};
 use std::f64::consts::PI;
 use std::sync::OnceLock;
 
@@ -87,16 +88,16 @@ impl PhaseFunction {
     /// # Errors
     /// What is wrong with the values: their number, a negative or not finite one, or nothing but
     /// zeros.
-    pub fn from_grid_values(values: Vec<f64>) -> Result<Self, String> {
+    pub fn from_grid_values(values: Vec<f64>) -> Result<Self, OpticsError> {
         if values.len() != grid().len() {
-            return Err(format!("{} values given, {} angles on the grid", values.len(), grid().len()));
+            return Err(OpticsError::Count { given: values.len(), wanted: grid().len() });
         }
         if let Some(bad) = values.iter().find(|v| !(v.is_finite() && **v >= 0.0)) {
-            return Err(format!("the value {bad} is not a finite number >= 0"));
+            return Err(OpticsError::Value(*bad));
         }
         let largest = values.iter().copied().fold(0.0, f64::max);
         if largest <= 0.0 {
-            return Err("all values are 0".to_owned());
+            return Err(OpticsError::Dark);
         }
         // Scaled first: the integral of huge or tiny values must neither overflow nor vanish.
         let scaled: Vec<f64> = values.iter().map(|v| (v / largest).max(FLOOR)).collect();
@@ -136,10 +137,8 @@ impl PhaseFunction {
     ///
     /// # Errors
     /// `g` out of range.
-    pub fn henyey_greenstein(g: f64) -> Result<Self, String> {
-        if g.is_nan() || g.abs() > MAX_ASYMMETRY {
-            return Err(format!("the asymmetry {g} is not in -{0}..{0}", MAX_ASYMMETRY));
-        }
+    pub fn henyey_greenstein(g: f64) -> Result<Self, OpticsError> {
+        check("asymmetry", g, &(-MAX_ASYMMETRY..=MAX_ASYMMETRY))?;
         // 1 + g² - 2 g cos a without cancellation near the peak.
         let at = |angle: f64| {
             let half = if g >= 0.0 { (0.5 * angle).sin() } else { (0.5 * angle).cos() };

@@ -1,7 +1,9 @@
 //! Failures of making tables.
 
+use crate::optics::OpticsError;
+
 /// Why tables could not be made.
-#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum TableError {
     /// The mix is outside what the optics can do.
@@ -10,7 +12,7 @@ pub enum TableError {
         /// The mix in words.
         mix: String,
         /// What was wrong.
-        reason: String,
+        reason: OpticsError,
     },
     /// Whoever made them panicked; the others that waited get this.
     #[error("making {0} broke off")]
