@@ -40,10 +40,13 @@ fn defaults_are_an_empty_query() {
     }
 }
 
+/// A file, and queries of it.
+type Group = (&'static str, &'static [&'static [(&'static str, &'static str)]]);
+
 /// Spellings of one reply.
 #[test]
 fn equal_replies_have_one_query() {
-    let same: &[(&str, &[&[(&str, &str)]])] = &[
+    let same: &[Group] = &[
         ("cloud.f32", &[&[], &[("direction", "0,180")], &[("direction", "-0,-360")], &[("view", "below")]]),
         ("cloud.f32", &[&[("direction", "30,270")], &[("direction", "3e1,-90")], &[("direction", "30.0,-90.0")]]),
         ("cloud.exr", &[&[("direction", "30,0")], &[("direction", "30,360")], &[("direction", "30,-360")]]),
@@ -66,7 +69,7 @@ fn equal_replies_have_one_query() {
 
 #[test]
 fn different_replies_have_different_queries() {
-    let different: &[(&str, &[&[(&str, &str)]])] = &[
+    let different: &[Group] = &[
         ("cloud.f32", &[&[], &[("view", "above")], &[("eye", "0,0,0")], &[("alpha", "straight")], &[("layer", "0")]]),
         ("cloud.exr", &[&[], &[("depth", "16")], &[("depth", "32")], &[("scale", "2")]]),
         ("cloud.f32", &[&[("method", "reference")], &[("method", "reference"), ("seed", "2")]]),
