@@ -138,7 +138,7 @@ fn check_angles(points: &[(f64, f64)]) -> Result<(), TableFault> {
     let angles = || points.iter().map(|point| point.0);
     let (least, most) = (angles().fold(f64::INFINITY, f64::min), angles().fold(f64::NEG_INFINITY, f64::max));
     let whole = |detail: String| Err(TableFault { point: None, detail });
-    if least < 0.0 && least >= -1.0 - ROUNDING_DEG && most <= 1.0 + ROUNDING_DEG {
+    if (-1.0 - ROUNDING_DEG..0.0).contains(&least) && most <= 1.0 + ROUNDING_DEG {
         return whole(format!("the angles span {least} to {most}, which looks like their cosines; {EXPECTED}"));
     }
     if least < 0.0 || most > 180.0 {
