@@ -74,7 +74,8 @@ macro_rules! kinds {
 
 kinds! {
     UNREADABLE = "unreadable", BAD_REQUEST, "The request cannot be read",
-        "The body is not well-formed JSON or the image file is broken. The detail says where reading stopped.";
+        "The body is not well-formed JSON in UTF-8, the image file is broken, or what was compressed is not whole. The detail \
+         says where reading stopped.";
     NO_ROUTE = "no-such-route", NOT_FOUND, "No such address",
         "The routes are /v1/skies, /v1/images, /v1/presets, /v1/limits, /health/live, /health/ready and the viewer at /.";
     NO_SKY = "unknown-sky", NOT_FOUND, "No such sky",

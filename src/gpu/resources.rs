@@ -248,3 +248,28 @@ impl Gpu {
         Ok(maps.collect())
     }
 }
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used, reason = "a test stops where it fails")]
+mod tests {
+    use super::*;
+
+    /// As a scene of four layers of the finest resolution needs.
+    #[test]
+    fn maps_that_do_not_fit_one_buffer_are_read_all_the_same() {
+        let gpu = Gpu::open(None, true).unwrap();
+        let side = 4096;
+        let maps: Vec<_> = (1..=5_u8)
+            .map(|i| gpu.texture_from("map", [side; 2], 1, &vec![f32::from(i); (side * side) as usize]))
+            .collect();
+        let wanted: Vec<_> = maps.iter().map(|map| (map, 0)).collect();
+        let texels = maps.len() as u64 * u64::from(side) * u64::from(side);
+        assert!(4 * texels > gpu.device.limits().max_buffer_size);
+        let read = gpu.read_maps(&wanted, None).unwrap();
+        assert_eq!(read.len(), maps.len());
+        for (i, map) in (1..=5_u8).zip(&read) {
+            assert_eq!((map.width, map.height, map.data.len()), (side, side, (side * side) as usize));
+            assert!(map.data.iter().all(|value| *value == f32::from(i)));
+        }
+    }
+}

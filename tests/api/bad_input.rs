@@ -1,5 +1,6 @@
 //! Whatever is sent, the answer says what was wrong, and the server goes on.
 
+use std::f64::consts::PI;
 use std::io::{Read as _, Write as _};
 use std::net::TcpStream;
 
@@ -150,7 +151,7 @@ fn a_phase_function_that_cannot_be_used_is_refused_with_the_scene() {
     let common = common();
     for (table, word) in [
         (json!([[0, 0], [45.01, 0], [45.02, 1], [45.03, 0], [180, 0]]), "finer"),
-        (json!([[0, 1], [1.5, 1], [std::f64::consts::PI, 1]]), "radians"),
+        (json!([[0, 1], [1.5, 1], [PI, 1]]), "radians"),
         (json!([[0, 5], [120, 1]]), "0 to 120"),
     ] {
         let droplets = json!({ "phase_function": table, "extinction_per_m": 0.02 });

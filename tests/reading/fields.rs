@@ -2,6 +2,7 @@
 
 use crate::{error, errors, layer, read};
 use serde_json::{Value, json};
+use std::f64::consts::PI;
 
 #[test]
 fn one_number_is_grey() {
@@ -174,7 +175,7 @@ fn phase_functions_name_their_fault_where_it_is() {
     let with = |table: Value| layer(json!({ "droplets": { "phase_function": table, "extinction_per_m": 0.01 } }));
     const AT: &str = "/layers/0/droplets/phase_function";
     for (table, at, words) in [
-        (json!([[0, 1], [1.5, 1], [3.14159, 1]]), "", "radians"),
+        (json!([[0, 1], [1.5, 1], [PI, 1]]), "", "radians"),
         (json!([[-1, 1], [0, 1], [1, 1]]), "", "cosines"),
         (json!([[180, 1], [90, 1], [0, 1]]), "", "descend"),
         (json!([[0, 1], [90, 1]]), "", "0 to 90"),
