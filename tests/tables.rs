@@ -2,7 +2,7 @@
 //! old or renamed.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test stops where it fails")]
 
-use skyloom::optics::Mix;
+use skyloom::optics::{Mix, OpticsError};
 use skyloom::store;
 use skyloom::tables::{Artefact, Detail, MixTables, TableError, TableLibrary};
 use std::path::{Path, PathBuf};
@@ -187,7 +187,7 @@ impl Artefact for Sum<'_> {
         }
         match self.act {
             Act::Make => Ok(self.numbers.iter().map(|number| u64::from(*number)).sum()),
-            Act::Fail => Err(TableError::Optics { mix: self.describe(), reason: "a test".to_owned() }),
+            Act::Fail => Err(TableError::Optics { mix: self.describe(), reason: OpticsError::Dark }),
             Act::Panic => panic!("a test"),
         }
     }
