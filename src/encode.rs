@@ -38,5 +38,8 @@ pub fn encode(pixels: &Pixels<'_>, metadata: &Metadata, output: &Output, white: 
 /// Raw values: little-endian 32-bit floats, top row first, channels interleaved, no header.
 pub fn to_f32(pixels: &Pixels<'_>) -> Result<Vec<u8>, EncodeError> {
     pixels.check()?;
+    if cfg!(target_endian = "little") {
+        return Ok(bytemuck::cast_slice(pixels.data).to_vec());
+    }
     Ok(pixels.data.iter().flat_map(|value| value.to_le_bytes()).collect())
 }

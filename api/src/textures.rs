@@ -165,6 +165,10 @@ impl From<Failure> for ApiError {
             Failure::NotReady(reason) => Self::NotReady(reason),
             Failure::Full => Self::Busy,
             Failure::Deadline => Self::Deadline,
+            // Pointers lead into the scene, parameters have names.
+            Failure::Invalid(errors) if errors.iter().all(|error| error.pointer.starts_with('/')) => {
+                Self::InvalidScene(errors)
+            }
             Failure::Invalid(errors) => Self::InvalidQuery(errors),
             Failure::Cancelled => Self::NotReady("the render was given up".to_owned()),
             Failure::Render(cause) => Self::Internal(cause.to_string()),

@@ -24,6 +24,9 @@ pub struct Pixels<'a> {
     pub fraction: bool,
 }
 
+/// Values that one thread looks at together.
+const CHUNK: usize = 1 << 17;
+
 impl Pixels<'_> {
     /// Channels that have standard errors: all but alpha.
     pub(super) fn lit(&self) -> usize {
@@ -44,7 +47,13 @@ impl Pixels<'_> {
                 values: self.data.len(),
             });
         }
-        let bad = |data: &[f32]| data.par_iter().position_first(|value| !value.is_finite());
+        let bad_in = |(chunk, values): (usize, &[f32])| {
+            // Without a way out in the middle, so that many values are looked at together.
+            let sound = values.iter().fold(true, |sound, value| sound & value.is_finite());
+            let found = if sound { None } else { values.iter().position(|value| !value.is_finite()) };
+            found.map(|index| chunk * CHUNK + index)
+        };
+        let bad = |data: &[f32]| data.par_chunks(CHUNK).enumerate().find_map_first(bad_in);
         if let Some(index) = bad(self.data) {
             return Err(EncodeError::NotFinite(At::new(self.width, self.channels, index)));
         }

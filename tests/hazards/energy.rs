@@ -165,7 +165,7 @@ fn hazard_18_reciprocity() {
     // What the device renders by tables, all orders together: light may go both ways through an even slab. The slice's texels
     // are square roots in half floats, 1e-3 of the light, twice.
     for view in ["above", "below"] {
-        for depth in [0.1, 1.0, 10.0, 100.0] {
+        for depth in [0.1, 1.0, 10.0, 30.0] {
             for (a, b, azimuth) in [(20.0, 70.0, 130.0), (50.0, 85.0, 75.0), (0.0, 60.0, 0.0), (75.0, 80.0, 20.0)] {
                 let at = |sun: f64, to: f64| {
                     let query: &[(&str, &str)] = &[("method", "tabulated")];
