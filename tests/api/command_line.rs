@@ -88,7 +88,10 @@ fn images_are_checked_where_they_are_used() {
         write([100.0, -1.0, 50.0, 200_000.0]);
         let (status, told) = code(&skyloom(folder.path(), arguments));
         assert_eq!(status, 2, "{told}");
-        assert!(told.starts_with("/layers/0/thickness/image: ") && told.contains("2 of 4 texels"), "{told}");
+        assert!(
+            told.starts_with("scene.json: /layers/0/thickness/image: ") && told.contains("2 of 4 texels"),
+            "{told}"
+        );
         write([100.0, 9999.0, 9999.0, 0.0]);
         let (status, told) = code(&skyloom(folder.path(), arguments));
         assert_eq!(status, 0, "{told}");

@@ -240,6 +240,7 @@ fn values_beyond_half_floats_are_written_as_floats() {
     let common = common();
     let mut bright = scene();
     bright["atmosphere"] = json!({ "sun": [127_000, 121_000, 113_000], "sky": [3000, 4000, 6000] });
+    bright["layers"] = json!([]);
     let (usual, bright) = (common.server.sky(&scene()), common.server.sky(&bright));
     let depth = |path: String| common.server.get(&path).header("skyloom-depth").to_owned();
     assert_eq!(depth(format!("{usual}/irradiance.exr?size=9")), "16");

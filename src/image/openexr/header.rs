@@ -10,9 +10,9 @@ use exr::meta::header::Header;
 
 use super::bytes::Bytes;
 use super::channels::{self, Chosen};
-use crate::image::ImageLimits;
 use crate::image::colour::{self, Colour};
 use crate::image::error::{ImageError, broken};
+use crate::image::limits::ImageLimits;
 
 /// Largest block in bytes: a tile of 2048 x 2048 texels with four float channels. Blocks are held one at a time, but
 /// some codecs need several times their size.
