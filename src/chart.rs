@@ -1,9 +1,9 @@
-//! Charts of how exact and how fast each method of slab light, of moving fields, of exchanged light and of sunlight through uneven cloud is, as pictures (SVG)
-//! and tables (CSV).
+//! Charts of how exact and how fast each method of slab light, of moving fields, of exchanged light and of sunlight
+//! through uneven cloud is, as pictures (SVG) and tables (CSV).
 //!
 //! `truth` solves slabs exactly, `medium` has each method in double precision, `errors` and `cost` measure; `slab`, `fluxes`,
 //! `radiance`, `modified`, `validity`, `field`, `exchange` and `light` are one chart each; `figure` draws; `file` is what comes
-//! out.
+//! out; `sample` is what a test computes again.
 
 mod cost;
 mod csv;
@@ -19,6 +19,7 @@ mod medium;
 mod modified;
 mod radiance;
 mod random;
+mod sample;
 mod slab;
 mod statistics;
 mod truth;
@@ -28,8 +29,10 @@ use crate::tables::TableLibrary;
 
 pub use errors::{SLAB_MEDIA, SlabErrors, SlabMethod, slab_errors};
 pub use file::{ChartError, ChartFile};
+pub use sample::SampledRow;
 pub use statistics::ErrorSummary;
 
+type Sampler = fn(&TableLibrary) -> Result<Vec<SampledRow>, ChartError>;
 type Maker = fn(&TableLibrary, &(dyn Fn(f64) + Sync)) -> Result<Vec<ChartFile>, ChartError>;
 
 /// A chart that can be made.
@@ -41,6 +44,11 @@ pub struct Chart {
     pub about: &'static str,
     make: Maker,
 }
+
+/// Charts whose errors the plan quotes, and how a few rows of their tables are computed again in seconds. (The chart "slab"
+/// has [`slab_errors`].)
+const SAMPLERS: &[(&str, Sampler)] =
+    &[("field", field::sample), ("exchange", exchange::sample), ("light", light::sample)];
 
 /// Every chart.
 pub const CHARTS: &[Chart] = &[
@@ -75,5 +83,13 @@ impl Chart {
     /// See [`ChartError`].
     pub fn make(&self, library: &TableLibrary, progress: &(dyn Fn(f64) + Sync)) -> Result<Vec<ChartFile>, ChartError> {
         (self.make)(library, progress)
+    }
+
+    /// Some rows of its table, computed again without their times: seconds. `None` for charts that have no sample.
+    ///
+    /// # Errors
+    /// See [`ChartError`].
+    pub fn sample(&self, library: &TableLibrary) -> Option<Result<Vec<SampledRow>, ChartError>> {
+        SAMPLERS.iter().find(|(name, _)| *name == self.name).map(|(_, sample)| sample(library))
     }
 }

@@ -94,6 +94,37 @@ fn committed_errors_are_those_of_this_program() {
     }
 }
 
+/// The plan quotes these charts: a change of a method must come with new charts.
+#[test]
+fn a_sample_of_each_chart_is_as_committed() {
+    let library = TableLibrary::new(None);
+    let mut charts = 0;
+    for chart in CHARTS {
+        let Some(rows) = chart.sample(&library) else { continue };
+        let table = committed(&format!("{}.csv", chart.name));
+        for row in rows.unwrap() {
+            let line = table.iter().find(|line| line.starts_with(&row.cells));
+            let line = line.unwrap_or_else(|| panic!("{}: no row {:?}", chart.name, row.cells));
+            for (column, value, error) in row.values {
+                let at = table[0].iter().position(|name| name == column).unwrap();
+                let wanted: f64 = line[at].parse().unwrap();
+                // Five digits are written, devices round differently (1e-4: the light of a settled exchange has single
+                // precision), and what is random lies within five standard errors: the committed
+                // run is ten times as long, and adds little to them.
+                let allowed = 2e-3 * wanted.abs() + 1e-4 + 5.0 * error;
+                assert!(
+                    (value - wanted).abs() <= allowed,
+                    "{} {:?} {column}: {value}, {wanted}",
+                    chart.name,
+                    row.cells
+                );
+            }
+        }
+        charts += 1;
+    }
+    assert_eq!(charts, 3);
+}
+
 /// What the chart of light shows: below a low sun the blended transport errs less than columns, the marched shadow far
 /// less than a shifted column, and the mean of the light is kept within a tenth.
 #[test]

@@ -58,7 +58,6 @@ fn metadata() -> Metadata {
         axes: "enu".to_owned(),
         scene: "0123abcd".to_owned(),
         version: "0.2.0+abc".to_owned(),
-        adapter: None,
         white_luminance: Some(1000.0),
         periodic: true,
         place: None,
@@ -149,7 +148,6 @@ fn another_reader_finds_the_attributes() {
         projection: Some("plane".to_owned()),
         layer: Some(2),
         expected_error: Some(0.015_625),
-        adapter: Some("a device".to_owned()),
         scale: 1000.0,
         place: Some(place),
         ..metadata()
@@ -188,7 +186,6 @@ fn another_reader_finds_the_attributes() {
         ("version", "\"0.2.0+abc\""),
     ];
     let applicable = [
-        ("adapter", "\"a device\""),
         ("component", "\"diffuse\""),
         ("direction", "(40.0, 20.5)"),
         ("expectedError", "0.015625"),

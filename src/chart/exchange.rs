@@ -7,6 +7,7 @@ use std::time::Instant;
 use super::csv::Csv;
 use super::figure::{Axis, BLUE, Dash, Figure, GREEN, Key, Mark, ORANGE, Panel, RED, Stroke};
 use super::file::{ChartError, ChartFile};
+use super::sample::SampledRow;
 use crate::exchange::{Kernel, Solver};
 use crate::tables::TableLibrary;
 use plotters::style::RGBColor;
@@ -92,6 +93,22 @@ pub(super) fn make(_: &TableLibrary, progress: &(dyn Fn(f64) + Sync)) -> Result<
     }
     let figure = picture(&found, &grid_found);
     Ok(vec![figure.draw("exchange")?, ChartFile { name: "exchange.csv".to_owned(), bytes: csv.into_bytes() }])
+}
+
+/// The coast of snow under a closed cover, where errors are largest; compared with the committed table.
+pub(super) fn sample(_: &TableLibrary) -> Result<Vec<SampledRow>, ChartError> {
+    let per_height = SIDE as f64 / HEIGHTS;
+    let row = |found: Found| SampledRow {
+        cells: vec![
+            CASES[found.case].0.to_owned(),
+            KERNELS[found.kernel].0.to_owned(),
+            SOLVERS[found.solver].0.to_owned(),
+            per_height.to_string(),
+            found.passes.to_string(),
+        ],
+        values: vec![("rms_percent", found.errors[0], 0.0), ("max_percent", found.errors[1], 0.0)],
+    };
+    Ok(solvers(GRID_CASES[0].1).into_iter().map(row).collect())
 }
 
 /// Irradiance of the ground by every kernel and solver against the settled one.

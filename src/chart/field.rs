@@ -13,6 +13,7 @@ use super::csv::Csv;
 use super::device::{self, Device};
 use super::figure::{Axis, BLUE, BROWN, Figure, GREEN, Key, Mark, ORANGE, Panel, RED, Stroke};
 use super::file::{ChartError, ChartFile};
+use super::sample::SampledRow;
 use crate::field::eddies::{Eddies, GRID};
 use crate::field::{FieldStages, power_spectrum};
 use crate::job::{Job, Watch};
@@ -66,7 +67,7 @@ pub(super) fn make(library: &TableLibrary, progress: &(dyn Fn(f64) + Sync)) -> R
     let mut found = Vec::new();
     for scheme in 0..METHODS.len() - 1 {
         let report = |part: f64| progress((scheme as f64 + part) / METHODS.len() as f64);
-        found.push(direct(&eddies, &start, scheme, &report));
+        found.push(direct(&eddies, &start, scheme, &TIMES_S, &report));
     }
     found.push(device.measure()?);
     progress(1.0);
@@ -80,8 +81,7 @@ pub(super) fn make(library: &TableLibrary, progress: &(dyn Fn(f64) + Sync)) -> R
         "frame_from_nothing_ms",
     ]);
     for ((name, _), found) in METHODS.iter().zip(&found) {
-        // Commas separate columns.
-        let name = name.replace(',', "");
+        let name = in_a_cell(name);
         for ((time, left), replay) in TIMES_S.iter().zip(&found.left).zip(&found.replay_ms) {
             let numbers = [*time, left.variance, left.fine, left.slope, found.next_ms, *replay].map(Some);
             csv.row(&[&name], &numbers);
@@ -89,6 +89,34 @@ pub(super) fn make(library: &TableLibrary, progress: &(dyn Fn(f64) + Sync)) -> R
     }
     let figure = picture(&found);
     Ok(vec![figure.draw("field")?, ChartFile { name: "field.csv".to_owned(), bytes: csv.into_bytes() }])
+}
+
+/// Commas separate columns.
+fn in_a_cell(name: &str) -> String {
+    name.replace(',', "")
+}
+
+/// The first two times of every method; compared with the committed table.
+pub(super) fn sample(library: &TableLibrary) -> Result<Vec<SampledRow>, ChartError> {
+    let times = &TIMES_S[..2];
+    let mut device = Moving { device: Device::open(library)? };
+    let start = device.stages(0.0, 0.0)?.field;
+    let eddies = Eddies::new(SEED);
+    let mut left: Vec<Vec<Left>> =
+        (0..METHODS.len() - 1).map(|scheme| direct(&eddies, &start, scheme, times, &|_| ()).left).collect();
+    left.push(device.left(times)?);
+    let row = |name: &str, time: &f64, left: &Left| SampledRow {
+        cells: vec![in_a_cell(name), time.to_string()],
+        values: vec![
+            ("variance_kept", left.variance, 0.0),
+            ("fine_amplitude_kept", left.fine, 0.0),
+            ("slope", left.slope, 0.0),
+        ],
+    };
+    let rows = METHODS.iter().zip(&left);
+    Ok(rows
+        .flat_map(|((name, _), left)| times.iter().zip(left).map(move |(time, left)| row(name, time, left)))
+        .collect())
 }
 
 fn fine_amplitude(power: &[f64]) -> f64 {
@@ -209,12 +237,12 @@ fn step(eddies: &Eddies, field: &[f32], scheme: usize, time_s: f64) -> Vec<f32> 
     })
 }
 
-fn direct(eddies: &Eddies, start: &[f32], scheme: usize, progress: &dyn Fn(f64)) -> Found {
+fn direct(eddies: &Eddies, start: &[f32], scheme: usize, times_s: &[f64], progress: &dyn Fn(f64)) -> Found {
     let mut field = start.to_vec();
     let mut left = Vec::new();
     let mut times = Vec::new();
     let mut steps = 0_u32;
-    for time in TIMES_S {
+    for &time in times_s {
         while f64::from(steps) * STEP_S < time {
             let began = Instant::now();
             field = step(eddies, &field, scheme, f64::from(steps) * STEP_S);
@@ -222,10 +250,10 @@ fn direct(eddies: &Eddies, start: &[f32], scheme: usize, progress: &dyn Fn(f64))
             steps += 1;
         }
         left.push(compared(&field, start));
-        progress(time / TIMES_S[TIMES_S.len() - 1]);
+        progress(time / times_s[times_s.len() - 1]);
     }
     let next_ms = median(times);
-    Found { left, next_ms, replay_ms: TIMES_S.map(|time| time / STEP_S * next_ms).to_vec() }
+    Found { left, next_ms, replay_ms: times_s.iter().map(|time| time / STEP_S * next_ms).collect() }
 }
 
 /// The renderer's own way.
@@ -251,13 +279,13 @@ impl Moving<'_> {
         Ok(stage.map_or(f64::NAN, |(_, time)| time.as_secs_f64() * 1e3))
     }
 
-    fn measure(&mut self) -> Result<Found, ChartError> {
+    fn left(&mut self, times_s: &[f64]) -> Result<Vec<Left>, ChartError> {
         let start = self.stages(SPEED_M_S, 0.0)?.field;
-        let fields = TIMES_S.map(|time| self.stages(SPEED_M_S, time));
-        let mut left = Vec::new();
-        for field in fields {
-            left.push(compared(&field?.field, &start));
-        }
+        times_s.iter().map(|&time| Ok(compared(&self.stages(SPEED_M_S, time)?.field, &start))).collect()
+    }
+
+    fn measure(&mut self) -> Result<Found, ChartError> {
+        let left = self.left(&TIMES_S)?;
         let (mut next, mut replay) = (Vec::new(), Vec::new());
         for frame in 0..FRAMES {
             next.push(self.time(1e5 + STEP_S * frame as f64)?);

@@ -14,6 +14,7 @@ use super::figure::{
 };
 use super::file::{ChartError, ChartFile};
 use super::medium::{Medium, SMOOTH};
+use super::sample::SampledRow;
 use crate::job::{Job, Watch};
 use crate::reference::Map;
 use crate::reference::monte_carlo::Effort;
@@ -29,6 +30,8 @@ const SUNS_DEG: [f64; 5] = [0.0, 30.0, 60.0, 70.0, 80.0];
 /// Suns at which the plan tells errors.
 const PLANNED_DEG: [f64; 2] = [60.0, 80.0];
 const PHOTONS: u64 = 1_500_000;
+/// Photons of a sample, which has larger errors of its own.
+const SAMPLE_PHOTONS: u64 = 150_000;
 /// Times that every transport is run, in turn.
 const ROUNDS: usize = 15;
 
@@ -95,11 +98,10 @@ pub(super) fn make(library: &TableLibrary, progress: &(dyn Fn(f64) + Sync)) -> R
     let mut found = Vec::new();
     let runs = FIELDS.len() * SUNS_DEG.len();
     for field in 0..FIELDS.len() {
-        let thickness = device.texture(&scene(field, 0.0, 0.0)?, "thickness", SIDE, &[])?;
-        let thickness = Map::from_f32(SIDE, SIDE, 1, &thickness);
+        let thickness = device.thickness(field)?;
         for (number, sun_deg) in SUNS_DEG.into_iter().enumerate() {
             let report = |part: f64| progress(0.95 * ((field * SUNS_DEG.len() + number) as f64 + part) / runs as f64);
-            found.extend(at_sun(&mut device, &medium, field, &thickness, sun_deg, &report)?);
+            found.extend(at_sun(&mut device, &medium, field, &thickness, sun_deg, PHOTONS, &report)?);
         }
     }
     let times = device.times(&|part| progress(0.95 + 0.05 * part))?;
@@ -115,6 +117,28 @@ pub(super) fn make(library: &TableLibrary, progress: &(dyn Fn(f64) + Sync)) -> R
     Ok(vec![figure.draw("light")?, ChartFile { name: "light.csv".to_owned(), bytes: csv.into_bytes() }])
 }
 
+/// Every method over broken cloud, the sun at 60 degrees; compared with the committed table.
+pub(super) fn sample(library: &TableLibrary) -> Result<Vec<SampledRow>, ChartError> {
+    let mut device = Lit { device: Device::open(library)? };
+    let medium = Medium::new(library, &SMOOTH, 1)?;
+    let thickness = device.thickness(BROKEN)?;
+    let found = at_sun(&mut device, &medium, BROKEN, &thickness, SUNS_DEG[2], SAMPLE_PHOTONS, &|_| ())?;
+    let row = |found: Found| SampledRow {
+        cells: vec![
+            FIELDS[found.field].0.to_owned(),
+            found.place.name().to_owned(),
+            found.method.to_owned(),
+            found.sun_deg.to_string(),
+        ],
+        values: vec![
+            ("rms", found.rms, found.rms_error),
+            // The traced map's own mean is random.
+            ("mean", found.mean, if found.method == MEAN_ALONE { 1.0 / (SAMPLE_PHOTONS as f64).sqrt() } else { 0.0 }),
+        ],
+    };
+    Ok(found.into_iter().map(row).collect())
+}
+
 /// Every method under one sun.
 fn at_sun(
     device: &mut Lit<'_>,
@@ -122,6 +146,7 @@ fn at_sun(
     field: usize,
     thickness: &Map,
     sun_deg: f64,
+    photons: u64,
     progress: &(dyn Fn(f64) + Sync),
 ) -> Result<Vec<Found>, ChartError> {
     let layers = [Layer {
@@ -141,7 +166,7 @@ fn at_sun(
         sun_irradiance: 1.0,
         sky_radiance: 0.0,
     };
-    let (effort, go_on) = (Effort::photons(PHOTONS, 1), AtomicBool::new(false));
+    let (effort, go_on) = (Effort::photons(photons, 1), AtomicBool::new(false));
     let exact = trace(&problem, SIDE, FluxMap::Ground, &effort, progress, &go_on)?;
     let mut found = Vec::new();
     let mut compare = |place: Place, method: &'static str, light: &[f64]| {
@@ -215,6 +240,12 @@ impl Lit<'_> {
     ) -> Result<Vec<f32>, ChartError> {
         let job = self.job(scene, texture, size, query)?;
         Ok(self.device.renderer.render(&job, &Watch::default())?.data)
+    }
+
+    /// Thickness of a field on the grid of the traced maps.
+    fn thickness(&mut self, field: usize) -> Result<Map, ChartError> {
+        let thickness = self.texture(&scene(field, 0.0, 0.0)?, "thickness", SIDE, &[])?;
+        Ok(Map::from_f32(SIDE, SIDE, 1, &thickness))
     }
 
     /// Green irradiance of the ground, part of the light above the clouds, means over the texels of the traced maps.

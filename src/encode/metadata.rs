@@ -44,8 +44,6 @@ pub struct Metadata {
     pub scene: String,
     /// Version of the renderer.
     pub version: String,
-    /// Name of the device that made the texture, if known.
-    pub adapter: Option<String>,
     /// Luminance of the colour (1, 1, 1) in cd/m2: 1000 for radiance in kcd/m2; `None` for values that are not radiance
     /// in a physical unit.
     pub white_luminance: Option<f32>,

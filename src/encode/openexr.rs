@@ -82,7 +82,7 @@ pub(super) struct Channel<'a> {
 ///
 /// | attributes | type |
 /// |---|---|
-/// | `skyloom:` `texture`, `component`, `peak`, `view`, `projection`, `alpha`, `axes`, `scene`, `version`, `adapter`, `unit` | string |
+/// | `skyloom:` `texture`, `component`, `peak`, `view`, `projection`, `alpha`, `axes`, `scene`, `version`, `unit` | string |
 /// | `skyloom:depth`: `half`, `float`, or `float: ` and why halves cannot hold the texture | string |
 /// | `skyloom:timeExact`: `time` with all its digits | string |
 /// | `skyloom:` `domainExtent`, `baseHeight` (metres), `time` (seconds), `scale`, `expectedError` | float |
@@ -247,7 +247,6 @@ fn attributes(
     let peak = metadata.peak.map(|peak| if peak { "true" } else { "false" });
     let words = [
         ("comments", Some(metadata.comments.as_str()).filter(|comments| !comments.is_empty())),
-        ("skyloom:adapter", metadata.adapter.as_deref()),
         ("skyloom:alpha", pixels.channels.contains(&"A").then(|| pixels.alpha.name())),
         ("skyloom:component", metadata.component.as_deref()),
         ("skyloom:peak", peak),

@@ -58,7 +58,6 @@ fn metadata(job: &Job, texture: &Texture) -> Metadata {
         axes: "enu".to_owned(),
         scene: job.scene_id().to_owned(),
         version: VERSION.clone(),
-        adapter: None,
         white_luminance: None,
         // Maps repeat as the domain does.
         periodic: wanted.projection().is_none_or(|projection| projection.is_periodic()),
