@@ -1,8 +1,8 @@
 //! Stage `light`: what sun and sky give to each layer of cloud and to the ground, and what these give each other.
 //!
 //! On the device (`sunlight`), on a square, periodic grid: the sun's light that reaches base and top of each layer, from the
-//! highest to the lowest, along slanted rays and by where it enters (methods: [`Transport`]). What follows is smooth, so
-//! that a coarser grid does, and is solved on the host (`between`): the layers are added to one composite column, which
+//! highest to the lowest, along slanted rays and by where it enters (methods:
+//! [`Transport`](crate::request::Transport)). What follows is smooth, so that a coarser grid does, and is solved on the host (`between`): the layers are added to one composite column, which
 //! exchanges light with the ground ([`crate::exchange`]). The grids are small: reading them back costs less than a
 //! device's waiting for each pass.
 

@@ -65,7 +65,7 @@ pub enum Mix {
     },
     /// Henyey and Greenstein's phase function; extinction is the caller's.
     HenyeyGreenstein {
-        /// Mean cosine of the scattering angle, at most [`MAX_ASYMMETRY`] in size.
+        /// Mean cosine of the scattering angle, at most 0.99 in size.
         asymmetry: f64,
         /// Single-scattering albedo, 0..1.
         albedo: f64,

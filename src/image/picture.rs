@@ -4,8 +4,9 @@ use super::colour::{self, Colour};
 use super::error::ImageError;
 use super::texels::{Extremes, WrongTexels};
 
-/// A decoded image: row 0 on top, texels row by row, channels interleaved. Made by [`decode`] or [`Image::new`], which
-/// take its statistics: the texels are not to be changed afterwards.
+/// A decoded image: row 0 on top, texels row by row, channels interleaved. Made by
+/// [`decode`](crate::image::decode) or [`Image::new`], which take its statistics: the texels are not to be changed
+/// afterwards.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Image {
     /// Texels in a row, at least 1.
