@@ -2,7 +2,6 @@
 
 use super::error::{At, EncodeError};
 use super::output::Alpha;
-use rayon::prelude::*;
 
 /// A texture to encode.
 #[derive(Clone, Copy, Debug)]
@@ -24,8 +23,8 @@ pub struct Pixels<'a> {
     pub fraction: bool,
 }
 
-/// Values that one thread looks at together.
-const CHUNK: usize = 1 << 17;
+/// Values that are looked at together.
+const CHUNK: usize = 1 << 12;
 
 impl Pixels<'_> {
     /// Channels that have standard errors: all but alpha.
@@ -53,7 +52,7 @@ impl Pixels<'_> {
             let found = if sound { None } else { values.iter().position(|value| !value.is_finite()) };
             found.map(|index| chunk * CHUNK + index)
         };
-        let bad = |data: &[f32]| data.par_chunks(CHUNK).enumerate().find_map_first(bad_in);
+        let bad = |data: &[f32]| data.chunks(CHUNK).enumerate().find_map(bad_in);
         if let Some(index) = bad(self.data) {
             return Err(EncodeError::NotFinite(At::new(self.width, self.channels, index)));
         }
