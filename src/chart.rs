@@ -43,31 +43,45 @@ pub struct Chart {
     /// What it shows.
     pub about: &'static str,
     make: Maker,
+    /// Computes some rows of its table again; the chart "slab" has [`slab_errors`].
+    sample: Option<Sampler>,
 }
-
-/// Charts whose errors the plan quotes, and how a few rows of their tables are computed again in seconds. (The chart "slab"
-/// has [`slab_errors`].)
-const SAMPLERS: &[(&str, Sampler)] =
-    &[("field", field::sample), ("exchange", exchange::sample), ("light", light::sample)];
 
 /// Every chart.
 pub const CHARTS: &[Chart] = &[
-    Chart { name: "slab", about: "cost of each method against its error", make: slab::make },
-    Chart { name: "slab-fluxes", about: "fluxes of each order of scattering against thickness", make: fluxes::make },
-    Chart { name: "slab-radiance", about: "radiance against the angle of view", make: radiance::make },
+    Chart { name: "slab", about: "cost of each method against its error", make: slab::make, sample: None },
+    Chart {
+        name: "slab-fluxes",
+        about: "fluxes of each order of scattering against thickness",
+        make: fluxes::make,
+        sample: None,
+    },
+    Chart { name: "slab-radiance", about: "radiance against the angle of view", make: radiance::make, sample: None },
     Chart {
         name: "slab-modified",
         about: "orders of scattering with and without the forward peak",
         make: modified::make,
+        sample: None,
     },
-    Chart { name: "field", about: "ways to move a field: cost against what they leave of it", make: field::make },
+    Chart {
+        name: "field",
+        about: "ways to move a field: cost against what they leave of it",
+        make: field::make,
+        sample: Some(field::sample),
+    },
     Chart {
         name: "exchange",
         about: "light between ground and cloud: kernels, solvers and grids",
         make: exchange::make,
+        sample: Some(exchange::sample),
     },
-    Chart { name: "light", about: "sunlight through uneven cloud: cost against error", make: light::make },
-    Chart { name: "slab-validity", about: "where each method holds its accuracy", make: validity::make },
+    Chart {
+        name: "light",
+        about: "sunlight through uneven cloud: cost against error",
+        make: light::make,
+        sample: Some(light::sample),
+    },
+    Chart { name: "slab-validity", about: "where each method holds its accuracy", make: validity::make, sample: None },
 ];
 
 impl Chart {
@@ -90,6 +104,6 @@ impl Chart {
     /// # Errors
     /// See [`ChartError`].
     pub fn sample(&self, library: &TableLibrary) -> Option<Result<Vec<SampledRow>, ChartError>> {
-        SAMPLERS.iter().find(|(name, _)| *name == self.name).map(|(_, sample)| sample(library))
+        self.sample.map(|sample| sample(library))
     }
 }
