@@ -87,6 +87,28 @@ impl SlabMethod {
     }
 }
 
+/// How finely the clouds of a sky are looked at where many of them are one texel.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SkyDetail {
+    /// Rays of a texel, at most.
+    pub rays: u32,
+    /// Texels of a map along the ground for each of them.
+    pub texels_per_ray: f64,
+    /// Mip levels of the map beyond that whose texels are as wide as the picture's.
+    pub coarseness: f64,
+    /// Samples of the map for each of its texels that a ray crosses.
+    pub steps: f64,
+}
+
+/// How a sky is looked at, from so large a tolerance on. A finer look is slower by a half each, and errs less only near the
+/// horizon, where many clouds are one texel.
+const SKY_DETAIL: [(SkyDetail, f64); 2] = [
+    (SkyDetail { rays: 4, texels_per_ray: 8.0, coarseness: 1.0, steps: 0.5 }, 0.1),
+    (SkyDetail { rays: 4, texels_per_ray: 8.0, coarseness: 0.5, steps: 1.0 }, 0.01),
+];
+/// The finest look.
+const FINEST_SKY: SkyDetail = SkyDetail { rays: 8, texels_per_ray: 4.0, coarseness: 0.0, steps: 2.0 };
+
 /// What a request will use.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Plan {
@@ -104,6 +126,8 @@ pub struct Plan {
     pub texels_per_height: f64,
     /// Relative change at which the exchange between cloud and ground is taken as settled.
     pub exchange_change: f64,
+    /// Rays and levels of a sky.
+    pub sky: SkyDetail,
 }
 
 /// The error expected of a whole plan: its stages err independently.
@@ -153,6 +177,7 @@ impl Plan {
             texels_per_length: if tolerance >= COARSE_MAPS { 1.0 } else { 2.0 },
             texels_per_height: if tolerance >= COARSE_GRID { 2.0 } else { 4.0 },
             exchange_change: EXCHANGE_SHARE * tolerance,
+            sky: SKY_DETAIL.iter().find(|(_, least)| tolerance >= *least).map_or(FINEST_SKY, |(detail, _)| *detail),
         }
     }
 
@@ -169,6 +194,10 @@ impl Plan {
         let mut choices = Vec::new();
         let mut add =
             |stage, choice: String, reason: String, error| choices.push(Choice { stage, choice, reason, error });
+        if scene.layers.is_empty() && request.wanted.sphere().is_some() {
+            add("sky", "the ground and the sky".to_owned(), "there are no clouds".to_owned(), 0.0);
+            return choices;
+        }
         if scene.layers.is_empty() {
             add("shade", "constant".to_owned(), "without clouds every texel is the same".to_owned(), 0.0);
             return choices;
@@ -232,6 +261,11 @@ impl Plan {
                 ),
             };
             add("exchange", choice, reason.to_owned(), error);
+        }
+        if request.wanted.sphere().is_some() {
+            let SkyDetail { rays, steps, .. } = self.sky;
+            let choice = format!("up to {rays} rays a texel, {steps} samples per texel of cloud");
+            add("sky", choice, "many clouds are one texel near the horizon".to_owned(), 0.0);
         }
         if let Some(slab) = self.slab {
             let (choice, error) = match self.reference {

@@ -8,6 +8,7 @@ mod file;
 mod kept;
 mod keys;
 mod pipeline;
+mod sky;
 mod stages;
 
 pub use crate::job::{Fault, Images, Job, RenderError, Texture, Watch};
@@ -16,7 +17,7 @@ pub use stages::Stages;
 
 use crate::gpu::{AdapterSummary, Gpu, GpuError};
 use crate::illumination::Illumination;
-use crate::request::{Cloud, Format, Method, Request, TextureKind, Wanted};
+use crate::request::{Cloud, Format, Method, Request, Sky, TextureKind, Wanted};
 use crate::scene::Scene;
 use crate::tables::TableLibrary;
 use pipeline::{Clock, Keep, Pipeline, Texels, drawn};
@@ -75,12 +76,18 @@ impl Renderer {
         let library = TableLibrary::new(None);
         let mut requests: Vec<Request> =
             TextureKind::ALL.into_iter().map(|kind| Request::new(kind, Format::F32)).collect();
-        if let Wanted::Cloud(cloud) = requests[0].wanted {
-            // The smallest tables will do.
-            let by = |method| Wanted::Cloud(Cloud { method: Some(method), tolerance: 1.0, ..cloud });
-            let clouds =
-                [Method::Analytic, Method::Tabulated].map(|method| Request { wanted: by(method), ..requests[0] });
-            requests.splice(..1, clouds);
+        // Both methods of slab light; the smallest tables will do.
+        for i in 0..requests.len() {
+            let by = |method| match requests[i].wanted {
+                Wanted::Cloud(cloud) => Wanted::Cloud(Cloud { method: Some(method), tolerance: 1.0, ..cloud }),
+                Wanted::Sky(sky) => Wanted::Sky(Sky { method: Some(method), tolerance: 1.0, ..sky }),
+                other => other,
+            };
+            if requests[i].texture().needs().slab {
+                let [analytic, tabulated] = [Method::Analytic, Method::Tabulated].map(by);
+                requests.push(Request { wanted: analytic, ..requests[i] });
+                requests[i].wanted = tabulated;
+            }
         }
         for request in requests {
             let job = Job::prepare(Arc::clone(&scene), request, &Images::new(), &library, &|_| ())?;
@@ -98,14 +105,13 @@ impl Renderer {
         let illumination = Illumination::new(job.scene(), request.time_s);
         let mut clock = Clock::default();
         let [width, height] = request.texels(job.scene());
-        let (texels, plane_m, deepest_m) = if job.scene().layer_count() == 0 {
+        let (texels, plane_m, deepest_m) = if job.scene().layer_count() == 0 && request.wanted.sphere().is_none() {
             let texel = clear::texel(&request.wanted, &illumination);
             let data = texel.repeat(width as usize * height as usize);
             (Texels { data, standard_error: None }, 0.0, 0.0)
         } else {
             let run = self.pipeline.run(job, watch, Keep::Texels, &mut clock)?;
-            let plane = request.wanted.projection().map(|projection| projection.plane());
-            let plane_m = plane.map_or(0.0, |plane| run.moment.plane_m(plane.side));
+            let plane_m = request.wanted.plane().map_or(0.0, |plane| run.moment.plane_m(plane.side));
             let deepest_m = drawn(job).into_iter().map(|number| run.fields[number].depth_m).sum::<f32>();
             (run.texels, plane_m, deepest_m)
         };

@@ -11,9 +11,9 @@ mod texture_request;
 mod wanted;
 
 pub use crate::encode::Format;
-pub use crate::projection::{Plane, Projection, Side, Viewer};
+pub use crate::projection::{Plane, Projection, Side, Sphere, SphereLayout, Viewer};
 pub use method::{Method, Reference, Transport};
 pub use parameters::{QUERY_PARAMETERS, QueryParameter};
 pub use query::RequestError;
 pub use texture_request::Request;
-pub use wanted::{Cloud, Component, GroundLight, Irradiance, Needs, Shadow, TextureKind, Wanted};
+pub use wanted::{Cloud, Component, GroundLight, Irradiance, Needs, Shadow, Sky, TextureKind, Wanted};

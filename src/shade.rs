@@ -1,14 +1,17 @@
 //! Stage `shade`: the textures that are asked for, from thickness, light and tables.
 
 mod method;
+mod sky;
+mod tiles;
 
 use crate::field::Field;
 use crate::gpu::layout::View;
-use crate::gpu::{Gpu, GpuError, Pass, Target, binds, shaders};
+use crate::gpu::{Bind, Gpu, GpuError, Pass, Target, binds, shaders};
 use crate::light::LayerLight;
 use crate::request::TextureKind;
 use crate::slice::DeviceTables;
 pub(crate) use method::SlabLight;
+pub(crate) use sky::{OnGround, SkyInputs, SkyLayer, ground_radiance, sky_band};
 use std::time::Instant;
 
 /// A layer that a texture is made from; not every texture needs all of it.
@@ -91,29 +94,45 @@ pub(crate) fn band(
         }),
         TextureKind::Shadow | TextureKind::Irradiance => on_the_ground(gpu, texture, inputs, sun, view, &output),
         TextureKind::Cloud => each(gpu, inputs, view, |layer, bound| {
-            let (tables, light, method) = (layer.tables?, layer.light?, layer.method?);
+            let (tables, method) = (layer.tables?, layer.method?);
             let from_above = view.from_above == 1;
-            let mut binds = binds![
-                layer.frame,
-                bound,
-                &layer.field.thickness,
-                &layer.field.bounds,
-                &tables.transmittance,
-                &tables.reflectance,
-                &tables.phase,
-                &light.from_below,
-                &light.from_above,
-                &light.share[usize::from(from_above)],
-                &gpu.repeat,
-                &gpu.clamp,
-                &output,
-            ];
+            let shape = binds![&layer.field.thickness, &layer.field.bounds];
+            let mut binds = cloud_binds(gpu, layer, bound, shape, from_above, &output)?;
             binds.extend(method.binds(gpu, tables, from_above));
             Some((method.shader(), binds))
         }),
+        // Its bands are made by `sky_band`.
+        TextureKind::Sky => None,
     };
     gpu.run(texture.name(), deadline, &passes.ok_or_else(|| early(texture.name()))?)?;
     gpu.read(&output, count, deadline)
+}
+
+/// What every method's pass reads of a layer, in the order of its bindings. `view` is a [`View`] or a sky's, `shape` how
+/// that looks at the layer's thickness.
+fn cloud_binds(
+    gpu: &Gpu,
+    layer: &LayerInputs<'_>,
+    view: &wgpu::Buffer,
+    shape: Vec<Bind>,
+    from_above: bool,
+    output: &wgpu::Buffer,
+) -> Option<Vec<Bind>> {
+    let (tables, light) = (layer.tables?, layer.light?);
+    let mut binds = binds![layer.frame, view];
+    binds.extend(shape);
+    binds.extend(binds![
+        &tables.transmittance,
+        &tables.reflectance,
+        &tables.phase,
+        &light.from_below,
+        &light.from_above,
+        &light.share[usize::from(from_above)],
+        &gpu.repeat,
+        &gpu.clamp,
+        output,
+    ]);
+    Some(binds)
 }
 
 fn on_the_ground(
@@ -139,7 +158,7 @@ fn each<'a>(
     gpu: &Gpu,
     inputs: &'a Inputs<'a>,
     view: &View,
-    make: impl Fn(&'a LayerInputs<'a>, &wgpu::Buffer) -> Option<(&'static shaders::Shader, Vec<crate::gpu::Bind>)>,
+    make: impl Fn(&'a LayerInputs<'a>, &wgpu::Buffer) -> Option<(&'static shaders::Shader, Vec<Bind>)>,
 ) -> Option<Vec<Pass>> {
     let views = [0, 1].map(|first| gpu.uniform("view", &View { first, ..*view }));
     let pass = |(i, layer): (usize, &'a LayerInputs<'a>)| {

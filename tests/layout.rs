@@ -7,7 +7,7 @@
 use naga::valid::{Capabilities, ValidationFlags, Validator};
 use naga::{Expression, Literal, Module, ShaderStage, TypeInner};
 use skyloom::gpu::layout::{
-    self, Blend, Blur, Cells, Eddies, Frame, Histogram, Medium, Octaves, Placement, Remainder, Share, Step, Sun,
+    self, Backdrop, Blend, Blur, Cells, Eddies, Frame, Histogram, Medium, Octaves, Placement, Remainder, Share, SkyView, Step, Sun,
     SunMaps, Transfer, View,
 };
 use skyloom::gpu::shaders::{self, Shader};
@@ -59,6 +59,28 @@ fn host_layouts() -> Vec<(&'static str, Layout)> {
         host_layout!(SunMaps { sample_at, texels, columns }),
         host_layout!(Frame { sun, medium, place, maps }),
         host_layout!(View { towards, perspective, eye, plane_m, size, first_row, rows, from_above, part, peak, first }),
+        host_layout!(SkyView {
+            axis_x,
+            kind,
+            axis_y,
+            rows,
+            axis_z,
+            first_row,
+            eye,
+            rising,
+            size,
+            first_turn,
+            turns,
+            half_width,
+            half_height,
+            steps,
+            rays,
+            texels_per_ray,
+            coarseness,
+            edge,
+            spare,
+        }),
+        host_layout!(Backdrop { sky, extent_m }),
         host_layout!(Blur { axis, radius, sharpness }),
         host_layout!(Share { entry_scale, entry_weight, reflect_scale, spare }),
         host_layout!(Remainder {

@@ -31,9 +31,9 @@ pub fn encode(texture: &Texture, job: &Job) -> Result<Encoded, RenderError> {
 fn metadata(job: &Job, texture: &Texture) -> Metadata {
     let (scene, request) = (job.scene(), job.request());
     let wanted = &request.wanted;
-    let plane = wanted.projection().map(|projection| projection.plane());
+    let plane = wanted.plane();
     let (direction, eye) = match plane.map(|plane| plane.viewer) {
-        None => (None, None),
+        None => (None, wanted.sphere().map(|sphere| sphere.eye)),
         Some(Viewer::At(place)) => (None, Some(place)),
         Some(Viewer::Parallel { zenith_deg, azimuth_deg }) => (Some([zenith_deg, azimuth_deg]), None),
     };
@@ -67,7 +67,7 @@ fn metadata(job: &Job, texture: &Texture) -> Metadata {
 
 /// Whether a viewer at a place can see the plane that texels lie in; the error names the place.
 pub(super) fn check_eye(job: &Job, plane_of: impl Fn(Side) -> f64) -> Result<(), RenderError> {
-    let Some(plane) = job.request().wanted.projection().map(|projection| *projection.plane()) else { return Ok(()) };
+    let Some(plane) = job.request().wanted.plane() else { return Ok(()) };
     let Viewer::At(place) = plane.viewer else { return Ok(()) };
     let plane_m = plane_of(plane.side);
     let (wrong_side, where_to) = match plane.side {

@@ -68,6 +68,13 @@ pub(super) struct BeamKey {
     size: [u32; 2],
 }
 
+/// Radiance of the ground, as a map of so many texels a side.
+#[derive(PartialEq)]
+pub(super) struct GroundKey {
+    light: LightKey,
+    texels: u32,
+}
+
 impl SourceKey {
     pub(super) fn new(job: &Job, number: usize) -> Self {
         let layer = &job.scene().layers[number];
@@ -124,5 +131,11 @@ impl LightKey {
 impl BeamKey {
     pub(super) fn new(job: &Job, moment: &Moment, size: [u32; 2]) -> Self {
         Self { moment: MomentKey::new(job, moment), size }
+    }
+}
+
+impl GroundKey {
+    pub(super) fn new(job: &Job, moment: &Moment, texels: u32) -> Self {
+        Self { light: LightKey::new(job, moment), texels }
     }
 }

@@ -4,6 +4,7 @@
 use super::file::check_eye;
 use super::kept::Kept;
 use super::keys::{BeamKey, FieldKey, LightKey, MixKey, SlabKey, SourceKey};
+use super::sky::{SkyJob, SkyKept};
 use crate::field::{self, Field, Source};
 use crate::frame;
 use crate::gpu::layout::{Frame, View};
@@ -13,7 +14,7 @@ use crate::job::{Job, RenderError, Watch};
 use crate::light::{self, Light, LightInputs, Lit};
 use crate::moment::Moment;
 use crate::plan::{SlabMethod, field_resolution};
-use crate::request::{Projection, Side};
+use crate::request::Side;
 use crate::scene::Thickness;
 use crate::shade::{self, GroundSun, SlabLight};
 use crate::slice::{DeviceTables, HostTables};
@@ -44,6 +45,7 @@ pub(super) struct Pipeline {
     slabs: Kept<SlabKey, SlabLight>,
     lights: Kept<LightKey, Arc<Light>>,
     beams: Kept<BeamKey, Arc<GroundSun>>,
+    skies: SkyKept,
 }
 
 /// What a run leaves behind: its texels, and the stages that led to them.
@@ -109,7 +111,7 @@ pub(super) fn drawn(job: &Job) -> Vec<usize> {
         Some(layer) => vec![layer as usize],
         None => (0..job.scene().layer_count()).collect(),
     };
-    if wanted.projection().is_some_and(|Projection::Plane(plane)| plane.side == Side::Above) {
+    if wanted.plane().is_some_and(|plane| plane.side == Side::Above) {
         layers.reverse();
     }
     layers
@@ -125,10 +127,11 @@ impl Pipeline {
             slabs: Kept::new(KEPT),
             lights: Kept::new(KEPT),
             beams: Kept::new(KEPT_BEAMS),
+            skies: SkyKept::new(),
         }
     }
 
-    /// Makes the texels of a job whose scene has clouds.
+    /// Makes the texels of a job: of a sky, or of a scene that has clouds.
     pub(super) fn run(&mut self, job: &Job, watch: &Watch, keep: Keep, clock: &mut Clock) -> Result<Run, RenderError> {
         watch.look()?;
         let (request, needs, all) = (job.request(), job.request().texture().needs(), keep == Keep::Stages);
@@ -169,7 +172,7 @@ impl Pipeline {
             None => lit_by.clone(),
         };
         let mut light = None;
-        if needs.light || all {
+        if (needs.light || all) && !lit_by.is_empty() {
             let make = || self.light(job, watch, &run, &lit_by, keep);
             let (made, lit) = clock.time("light", make)?;
             light = Some(made);
@@ -186,10 +189,19 @@ impl Pipeline {
             method: slabs.get(number),
             light: light.as_deref().and_then(|light| light.layers.get(number)),
         };
-        let inputs = shade::Inputs {
-            layers: drawn(job).into_iter().map(layer).collect(),
+        let of = |layers: Vec<usize>| shade::Inputs {
+            layers: layers.into_iter().map(layer).collect(),
             gathered: light.as_deref().map(|light| &light.gathered),
         };
+        if let Some(sphere) = request.wanted.sphere() {
+            let all = of((0..run.fields.len()).collect());
+            let seen = drawn(job).into_iter().map(|number| (number, layer(number))).collect();
+            let sky = SkyJob { job, moment: &run.moment, sphere, all: &all, seen, watch };
+            let data = clock.time("shade", || self.skies.texels(&self.gpu, sky))?;
+            run.texels = Texels { data, standard_error: None };
+            return Ok(run);
+        }
+        let inputs = of(drawn(job));
         let shading = Shading { job, moment: &run.moment, inputs, view: &run.view, watch };
         let mut data = clock.time("shade", || bands(&self.gpu, &mut self.beams, &shading))?;
         let mut standard_error = None;
@@ -312,7 +324,7 @@ fn bands(gpu: &Gpu, beams: &mut Kept<BeamKey, Arc<GroundSun>>, shading: &Shading
     let cuts = if needs.ground_sun {
         moment.sun_cuts()
     } else if needs.slab {
-        moment.view_cuts(wanted.projection().and_then(|projection| projection.plane().towards()))
+        moment.view_cuts(wanted.plane().and_then(|plane| plane.towards()))
     } else {
         1.0
     };

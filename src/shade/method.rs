@@ -40,6 +40,14 @@ impl SlabLight {
         }
     }
 
+    /// The shader of the clouds of a sky.
+    pub(crate) fn sky_shader(&self) -> &'static Shader {
+        match self {
+            Self::Analytic(_) => &shaders::SKY_ANALYTIC,
+            Self::Tabulated(_) => &shaders::SKY_TABULATED,
+        }
+    }
+
     /// What the shader reads beside what all methods do.
     pub(crate) fn binds(&self, gpu: &Gpu, tables: &DeviceTables, from_above: bool) -> Vec<Bind> {
         match self {

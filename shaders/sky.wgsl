@@ -1,0 +1,68 @@
+// Output: radiance that arrives at the eye from each direction: clouds, and the sky or the ground behind them.
+@group(0) @binding(0) var<uniform> backdrop: Backdrop;
+@group(0) @binding(1) var<uniform> view: SkyView;
+@group(0) @binding(2) var ground: texture_2d<f32>;
+@group(0) @binding(3) var repeat: sampler;
+@group(0) @binding(4) var<storage, read> clouds: array<f32>;
+@group(0) @binding(5) var<storage, read> tiles: array<u32>;
+@group(0) @binding(6) var<storage, read_write> output: array<f32>;
+
+// Places of a texel's rays in it: see cloud_sky.
+// Rays of a texel with the horizon in it, at least: its edge would show steps.
+const SKY_EDGE_RAYS: u32 = 8u;
+const SKY_SCATTER: vec2<f32> = vec2<f32>(0.75487767, 0.56984029);
+
+@compute @workgroup_size(16, 16)
+fn main(@builtin(global_invocation_id) id: vec3<u32>) {
+    let pixel = sky_pixel(tiles[id.x / SKY_TILE], vec2<u32>(id.x % SKY_TILE, id.y));
+    if pixel.x >= view.size.x || pixel.y >= view.rows {
+        return;
+    }
+    let texel = pixel.y * view.size.x + pixel.x;
+    let light = sky_backdrop(vec2<f32>(pixel + vec2<u32>(0u, view.first_row)) + 0.5);
+    let left = 1.0 - clouds[4u * texel + 3u];
+    for (var i = 0u; i < 3u; i++) {
+        output[3u * texel + i] = clouds[4u * texel + i] + left * light[i];
+    }
+}
+
+fn sky_backdrop(middle: vec2<f32>) -> vec3<f32> {
+    let direction = sphere_direction(view, middle);
+    if dot(direction, direction) == 0.0 {
+        return vec3<f32>(0.0);
+    }
+    let h_m = view.eye.z;
+    let cone = sphere_cone(view, direction);
+    let half = 0.5 * cone.rise;
+    let low = lowest_m(h_m, direction.z - half);
+    if low > 0.0 {
+        return backdrop.sky;
+    }
+    var rays = max(view.rays, SKY_EDGE_RAYS);
+    var level = 16.0;
+    let mixed = lowest_m(h_m, direction.z + half) > 0.0;
+    if !mixed {
+        let distance_m = sinking_distance(h_m, direction.z, 0.0);
+        let far = distance_m * f32(textureDimensions(ground).x) / backdrop.extent_m;
+        let along = far * cone.rise / max(-cosine_at(h_m, direction.z, distance_m, 0.0), 1e-3);
+        level = log2(max(far * cone.side, 1e-6));
+        rays = u32(clamp(ceil(along / view.texels_per_ray), 1.0, f32(view.rays)));
+    }
+    let levels = f32(textureNumLevels(ground)) - 1.0;
+    var sum = vec3<f32>(0.0);
+    for (var i = 0u; i < rays; i++) {
+        var towards = direction;
+        if rays > 1u {
+            towards = sphere_direction(view, middle + fract((f32(i) + 0.5) * SKY_SCATTER) - 0.5);
+        }
+        if lowest_m(h_m, towards.z) > 0.0 {
+            sum += backdrop.sky;
+        } else {
+            let way_m = ground_way(h_m, towards, sinking_distance(h_m, towards.z, 0.0));
+            let place = view.eye.xy + towards.xy / max(length(towards.xy), 1e-12) * way_m;
+            let coarse = u32(clamp(level + (f32(i) + 0.5) / f32(rays), 0.0, levels));
+            sum += sample_periodic(ground, repeat, domain_uv(place, backdrop.extent_m), coarse).rgb;
+        }
+    }
+    return sum / f32(rays);
+}

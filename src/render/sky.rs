@@ -1,0 +1,95 @@
+//! The texels of a sky: what is made for it beside what other textures take, kept on the device, and its bands.
+
+use super::kept::Kept;
+use super::keys::{FieldKey, GroundKey};
+use crate::field;
+use crate::frame;
+use crate::gpu::layout::{SkyView, View};
+use crate::gpu::{Gpu, Target};
+use crate::ground::GroundMap;
+use crate::job::{Job, RenderError, Watch};
+use crate::moment::{LayerMoment, Moment};
+use crate::request::Sphere;
+use crate::shade::{self, Inputs, LayerInputs, OnGround, SkyInputs, SkyLayer};
+use std::sync::Arc;
+
+/// Fields whose levels, and moments whose grounds, stay on the device.
+const KEPT: usize = 8;
+/// Texels a side of the map of the ground, at least and at most.
+const GROUND_TEXELS: [u32; 2] = [64, 512];
+/// Cuts of a ray through a layer, on the mean over a sky: rays near the horizon are cut more often, on coarser maps.
+const MEAN_CUTS: f64 = 100.0;
+
+/// What of skies stays on the device.
+pub(super) struct SkyKept {
+    levels: Kept<FieldKey, Arc<Target>>,
+    grounds: Kept<GroundKey, Arc<Target>>,
+}
+
+/// A sky's job, and what the stages before made for it.
+pub(super) struct SkyJob<'a> {
+    pub(super) job: &'a Job,
+    pub(super) moment: &'a Moment,
+    pub(super) sphere: &'a Sphere,
+    /// All layers, lowest first.
+    pub(super) all: &'a Inputs<'a>,
+    /// Those that are seen, with their numbers, lowest first.
+    pub(super) seen: Vec<(usize, LayerInputs<'a>)>,
+    pub(super) watch: &'a Watch,
+}
+
+impl SkyKept {
+    pub(super) fn new() -> Self {
+        Self { levels: Kept::new(KEPT), grounds: Kept::new(KEPT) }
+    }
+
+    /// Shades a sky in bands.
+    pub(super) fn texels(&mut self, gpu: &Gpu, sky: SkyJob<'_>) -> Result<Vec<f32>, RenderError> {
+        let SkyJob { job, moment, sphere, all, seen, watch } = sky;
+        let ground = self.ground(gpu, job, moment, all, watch)?;
+        let mut layers = Vec::with_capacity(seen.len());
+        for (number, inputs) in seen {
+            let make = || field::levels(gpu, &inputs.field.thickness, watch.deadline).map(Arc::new);
+            let levels = self.levels.get_or(FieldKey::new(job, number), make)?;
+            let LayerMoment { base_m, depth_m, .. } = moment.layers[number];
+            layers.push(SkyLayer { inputs, levels, base_m, top_m: base_m + depth_m });
+        }
+        let cuts = MEAN_CUTS * layers.len() as f64;
+        let inputs = SkyInputs { sphere, layers, ground, backdrop: frame::backdrop(moment) };
+        let view = frame::sky_view(sphere, moment.plan.sky, job.request().texels(job.scene()));
+        let [across, down] = view.size;
+        let rows = shade::band_rows(view.size, cuts);
+        let mut data = Vec::with_capacity(3 * across as usize * down as usize);
+        for first_row in (0..down).step_by(rows as usize) {
+            watch.look()?;
+            let band = SkyView { first_row, rows: rows.min(down - first_row), ..view };
+            data.extend(shade::sky_band(gpu, &inputs, &band, watch.deadline)?);
+        }
+        Ok(data)
+    }
+
+    fn ground(
+        &mut self,
+        gpu: &Gpu,
+        job: &Job,
+        moment: &Moment,
+        all: &Inputs<'_>,
+        watch: &Watch,
+    ) -> Result<Arc<Target>, RenderError> {
+        let [least, most] = GROUND_TEXELS;
+        let texels = job.scene().resolution().clamp(least, most).next_power_of_two();
+        self.grounds.get_or(GroundKey::new(job, moment, texels), || {
+            let ground = GroundMap::new(&job.scene().ground.albedo, job.images()).map_err(RenderError::MissingImage)?;
+            let albedo = ground.means(texels);
+            let view = View { size: [texels; 2], rows: texels, first: 1, peak: 1, ..View::default() };
+            let deadline = watch.deadline;
+            let made = if all.layers.is_empty() {
+                shade::ground_radiance(gpu, &OnGround::Even(moment.illumination.total()), &view, &albedo, deadline)
+            } else {
+                let sun = shade::ground_sun(gpu, all, &view, deadline)?;
+                shade::ground_radiance(gpu, &OnGround::Through(all, &sun), &view, &albedo, deadline)
+            };
+            Ok(Arc::new(made?))
+        })
+    }
+}
