@@ -9,6 +9,7 @@ use crate::frame;
 use crate::gpu::layout::{Frame, View};
 use crate::gpu::{Gpu, HostMap};
 use crate::ground::GroundMap;
+use crate::image::MissingImage;
 use crate::job::{Job, RenderError, Watch};
 use crate::light::{self, Light, LightInputs, Lit};
 use crate::moment::Moment;
@@ -289,7 +290,7 @@ fn lit(gpu: &Gpu, job: &Job, watch: &Watch, run: &Run, frames: &[wgpu::Buffer]) 
         blur_texels: moment.layers[number].blur_texels,
     };
     let layers: Vec<_> = (0..moment.layers.len()).map(layer).collect();
-    let ground = GroundMap::new(&job.scene().ground.albedo, job.images()).map_err(RenderError::MissingImage)?;
+    let ground = GroundMap::new(&job.scene().ground.albedo, job.images())?;
     let inputs = LightInputs {
         layers: &layers,
         sun: moment.illumination.direct(),
@@ -347,7 +348,7 @@ fn source(
         let image = match &layer.thickness {
             Thickness::Map { image, .. } => {
                 let found = job.images().get(&image.0);
-                Some(&**found.ok_or_else(|| RenderError::MissingImage(image.0.clone()))?)
+                Some(&**found.ok_or_else(|| MissingImage(image.0.clone()))?)
             }
             Thickness::Uniform(_) | Thickness::Stratocumulus(_) => None,
         };
