@@ -78,8 +78,8 @@ impl Renderer {
         if let Wanted::Cloud(cloud) = requests[0].wanted {
             // The smallest tables will do.
             let by = |method| Wanted::Cloud(Cloud { method: Some(method), tolerance: 1.0, ..cloud });
-            let clouds =
-                [Method::Analytic, Method::Tabulated].map(|method| Request { wanted: by(method), ..requests[0] });
+            let first = requests[0];
+            let clouds = Method::fast().map(|method| Request { wanted: by(method), ..first });
             requests.splice(..1, clouds);
         }
         for request in requests {

@@ -12,12 +12,13 @@ use crate::ground::GroundMap;
 use crate::image::MissingImage;
 use crate::job::{Job, RenderError, Watch};
 use crate::light::{self, Light, LightInputs, Lit};
+use crate::method::SlabMethod;
 use crate::moment::Moment;
-use crate::plan::{SlabMethod, field_resolution};
+use crate::plan::field_resolution;
 use crate::request::{Projection, Side};
 use crate::scene::Thickness;
 use crate::shade::{self, GroundSun, SlabLight};
-use crate::slice::{DeviceTables, HostTables};
+use crate::slice::{DeviceTables, HostSlab, HostTables};
 use crate::traced::{self, Traced};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
@@ -250,7 +251,8 @@ impl Pipeline {
         let layers = run.moment.layers.iter().zip(job.tables()).zip(&run.tables);
         let make = layers.map(|((layer, mix), tables)| {
             let key = SlabKey::new(MixKey::new(mix, layer), method, cosine);
-            self.slabs.get_or_make(key, || SlabLight::make(&self.gpu, method, mix, tables.host.ratio, cosine))
+            let make = || HostSlab::new(method, mix, tables.host.ratio, cosine);
+            self.slabs.get_or_make(key, || SlabLight::new(&self.gpu, &make()))
         });
         make.collect()
     }
