@@ -5,7 +5,7 @@ mod contract;
 
 pub use contract::{Fault, RenderError, Texture, Watch};
 
-use crate::image::Image;
+use crate::image::{Image, MissingImage};
 use crate::plan::Plan;
 use crate::request::Request;
 use crate::scene::Scene;
@@ -44,7 +44,7 @@ impl Job {
         let request = request.of(&scene).map_err(RenderError::Invalid)?;
         let named = |sha256: String| match images.get(&sha256) {
             Some(image) => Ok((sha256, Arc::clone(image))),
-            None => Err(RenderError::MissingImage(sha256)),
+            None => Err(RenderError::from(MissingImage(sha256))),
         };
         let references = scene.image_references();
         let named = references.into_iter().map(|reference| named(reference.sha256));

@@ -26,7 +26,7 @@
 //! | stage | lifetime | gives |
 //! |---|---|---|
 //! | [`scene`], [`request`], [`image`] | - | validated input, ids |
-//! | [`job`], [`plan`] | request | what is wanted with all that it takes; methods, sizes and passes for the tolerance |
+//! | [`job`], [`plan`], [`method`] | request | what is wanted with all that it takes; methods, sizes and passes for the tolerance |
 //! | [`optics`] | droplet mix | phase function and its moments, extinction, albedo per colour |
 //! | [`slab`] | droplet mix | fluxes of a slab by adding-doubling; closed forms of the first orders of scattering |
 //! | [`tables`] | droplet mix | the two above, kept in memory and in a [`store`] |
@@ -60,6 +60,7 @@ pub mod illumination;
 pub mod image;
 pub mod job;
 pub mod light;
+pub mod method;
 mod moment;
 pub mod optics;
 mod periodic;

@@ -74,20 +74,20 @@ impl Renderer {
         let scene = Scene::from_json(SCENE).map_err(|_refused| RenderError::Defect("the scene to warm up with"))?;
         let scene = Arc::new(scene);
         let library = TableLibrary::new(None);
-        let mut requests: Vec<Request> =
-            TextureKind::ALL.into_iter().map(|kind| Request::new(kind, Format::F32)).collect();
-        // Both methods of slab light; the smallest tables will do.
-        for i in 0..requests.len() {
-            let by = |method| match requests[i].wanted {
+        let requests = TextureKind::ALL.into_iter().map(|kind| Request::new(kind, Format::F32));
+        // Every fast method of slab light; the smallest tables will do.
+        let by = |request: Request, method| {
+            let wanted = match request.wanted {
                 Wanted::Cloud(cloud) => Wanted::Cloud(Cloud { method: Some(method), tolerance: 1.0, ..cloud }),
                 Wanted::Sky(sky) => Wanted::Sky(Sky { method: Some(method), tolerance: 1.0, ..sky }),
                 other => other,
             };
-            if requests[i].texture().needs().slab {
-                let [analytic, tabulated] = [Method::Analytic, Method::Tabulated].map(by);
-                requests.push(Request { wanted: analytic, ..requests[i] });
-                requests[i].wanted = tabulated;
-            }
+            Request { wanted, ..request }
+        };
+        let (shaded, mut requests): (Vec<Request>, Vec<Request>) =
+            requests.partition(|request| request.texture().needs().slab);
+        for request in shaded {
+            requests.extend(Method::fast().map(|method| by(request, method)));
         }
         for request in requests {
             let job = Job::prepare(Arc::clone(&scene), request, &Images::new(), &library, &|_| ())?;

@@ -19,6 +19,6 @@ pub use fields::{Allowed, Field, GROUPS, Group};
 pub use images::ImageFindings;
 pub use model::{
     Domain, Droplets, FieldError, Ground, GroundAlbedo, ImageName, ImagePurpose, ImageReference, Layer, Light, Pattern,
-    Scene, SceneError, Stratocumulus, Sun, Thickness, Wind,
+    Resolve, Scene, SceneError, Stratocumulus, Sun, Thickness, Wind,
 };
 pub(crate) use model::{direction, list};

@@ -7,8 +7,8 @@
 use naga::valid::{Capabilities, ValidationFlags, Validator};
 use naga::{Expression, Literal, Module, ShaderStage, TypeInner};
 use skyloom::gpu::layout::{
-    self, Backdrop, Blend, Blur, Cells, Eddies, Frame, Histogram, Medium, Octaves, Placement, Remainder, Share, SkyView, Step, Sun,
-    SunMaps, Transfer, View,
+    self, Backdrop, Blend, Blur, Cells, Eddies, Frame, Histogram, Medium, Octaves, Placement, Remainder, Share,
+    SkyView, Step, Sun, SunMaps, Transfer, View,
 };
 use skyloom::gpu::shaders::{self, Shader};
 use skyloom::slab::fluxes;

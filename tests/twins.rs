@@ -20,9 +20,10 @@ use serde_json::json;
 use sky::{Sky, pattern, water, waves};
 use skyloom::gpu::HostMap;
 use skyloom::gpu::layout::Frame;
-use skyloom::reference::cloud::ViewRay;
+use skyloom::method::{Method, Transport};
 use skyloom::reference::{self, Map};
 use skyloom::render::{Renderer, RendererOptions, Stages, Watch};
+use skyloom::slice::HostSlab;
 use std::sync::{LazyLock, Mutex, MutexGuard, PoisonError};
 
 /// Half a unit in the last place of single precision, relative.
@@ -404,9 +405,9 @@ fn check_irradiance(stages: &Stages) {
 
 fn check_cloud(stages: &Stages) {
     let (frame, tables) = (&stages.frame, &stages.tables);
-    let [transmittance, reflectance, phase, aureole, near_sun] =
-        [&tables.transmittance, &tables.reflectance, &tables.phase, &tables.aureole, &tables.near_sun].map(map);
-    let (thickness, closure) = (map(&stages.thickness), map(&stages.closure));
+    let slab = stages.slab.as_ref().unwrap();
+    let [thickness, transmittance, reflectance] =
+        [&stages.thickness, &tables.transmittance, &tables.reflectance].map(map);
     let side = stages.light.from_below.len().isqrt();
     let light_map = |light: &[[f32; 3]]| Map::from_f32(side, side, 3, light.as_flattened());
     let (from_below, from_above) = (light_map(&stages.light.from_below), light_map(&stages.light.from_above));
@@ -420,16 +421,7 @@ fn check_cloud(stages: &Stages) {
             from_above: &from_above,
             sun_share: &sun_share,
         };
-        let method = reference::cloud_analytic::Maps { closure: &closure, phase: &phase, aureole: &aureole };
-        let analytic = |ray: &ViewRay, _| reference::cloud_analytic::sunlight(frame, &method, ray);
-        match &stages.slice {
-            None => reference::cloud::main(frame, &stages.view, &maps, analytic),
-            Some(slice) => {
-                let method = reference::cloud_tabulated::Maps { phase: &phase, near_sun: &near_sun, slice };
-                let tabulated = |ray: &ViewRay, _| reference::cloud_tabulated::sunlight(frame, &method, ray);
-                reference::cloud::main(frame, &stages.view, &maps, tabulated)
-            }
-        }
+        reference::cloud::main(frame, &stages.view, &maps, reference::cloud::sunlight(frame, tables, slab))
     };
     let cloud = twin(frame, &thickness);
     let view = &stages.view;
@@ -445,9 +437,11 @@ fn check_cloud(stages: &Stages) {
     let reach = reach_uv(frame, cosine);
     let places = place_error(&from_below, reach) + place_error(&from_above, reach);
     let shares = place_error(&sun_share, reach) / largest(&sun_share).max(1e-30);
-    let tolerance = Tolerance::new(CANCEL * light.max(1.0) + places, {
-        shares + if stages.slice.is_some() { SLICE_REL } else { TABLE_REL }
-    });
+    let of_method = match slab {
+        HostSlab::Analytic(_) => TABLE_REL,
+        HostSlab::Tabulated(_) => SLICE_REL,
+    };
+    let tolerance = Tolerance::new(CANCEL * light.max(1.0) + places, shares + of_method);
     let mut bounds = allowed(&cloud, &higher, tolerance);
     for other in [lower, turned] {
         bounds.iter_mut().zip(cloud.iter().zip(&other)).for_each(|(bound, (a, b))| *bound += (a - b).abs());
@@ -517,7 +511,7 @@ fn light_between_cloud_and_ground() {
     // A high base has a grid of the exchange that is coarser than the maps.
     let high = Sky { base_m: 5000.0, ..Sky::at(60.0) };
     assert_eq!(check_means(&high.stages("irradiance", &[])), 2);
-    for transport in ["columns", "tilted", "entry"] {
+    for (transport, _) in Transport::ALL {
         eprintln!("{transport}");
         check_sunlight(&Sky::at(60.0).stages("irradiance", &[("transport", transport)]));
     }
@@ -607,7 +601,7 @@ const VIEWS: [&[(&str, &str)]; 8] = [
 fn clouds_of_every_view_and_sun() {
     for sky in SUNS.into_iter().flat_map(skies) {
         for view in VIEWS {
-            for method in ["analytic", "tabulated"] {
+            for method in Method::fast().map(Method::name) {
                 eprintln!("sun at {}, {view:?}, {method}", sky.zenith_deg);
                 check_cloud(&sky.stages("cloud", &[view, &[("method", method)]].concat()));
             }
@@ -622,7 +616,7 @@ fn rainy() -> Sky {
 #[test]
 fn water_droplets() {
     for view in VIEWS {
-        for method in ["analytic", "tabulated"] {
+        for method in Method::fast().map(Method::name) {
             eprintln!("{view:?}, {method}");
             check_cloud(&rainy().stages("cloud", &[view, &[("method", method)]].concat()));
         }

@@ -6,7 +6,9 @@ use super::map::{Map, rgb};
 use super::path::path_in_layer;
 use super::projection::{Ray, ray};
 use super::slab::{slab_reflectance, slab_transmittance};
+use super::{cloud_analytic, cloud_tabulated};
 use crate::gpu::layout::{Frame, View};
+use crate::slice::{HostSlab, HostTables};
 use glam::{DVec2, DVec3, dvec2};
 use std::f64::consts::PI;
 
@@ -25,6 +27,30 @@ pub struct Maps<'a> {
     pub from_above: &'a Map,
     /// The sun's light relative to a slab's under the open sun, for the side that is seen.
     pub sun_share: &'a Map,
+}
+
+/// What a method gives for a ray: the sun's light, per irradiance facing it.
+pub type Sunlight<'a> = Box<dyn Fn(&ViewRay) -> DVec3 + Sync + 'a>;
+
+/// The twin of a method, with what it keeps for a sun.
+pub fn sunlight<'a>(frame: &'a Frame, tables: &HostTables, slab: &'a HostSlab) -> Sunlight<'a> {
+    let phase = Map::from(&tables.phase);
+    match slab {
+        HostSlab::Analytic(closure) => {
+            let (closure, aureole) = (Map::from(closure), Map::from(&tables.aureole));
+            Box::new(move |ray| {
+                let maps = cloud_analytic::Maps { closure: &closure, phase: &phase, aureole: &aureole };
+                cloud_analytic::sunlight(frame, &maps, ray)
+            })
+        }
+        HostSlab::Tabulated(slice) => {
+            let near_sun = Map::from(&tables.near_sun);
+            Box::new(move |ray| {
+                let maps = cloud_tabulated::Maps { phase: &phase, near_sun: &near_sun, slice };
+                cloud_tabulated::sunlight(frame, &maps, ray)
+            })
+        }
+    }
 }
 
 /// The ray of a texel.
@@ -62,14 +88,9 @@ pub fn view_ray(frame: &Frame, view: &View, thickness: &Map, place: DVec2) -> Vi
 }
 
 /// Radiance (three colours, in units of the sun's irradiance per steradian) and alpha of each texel of a layer that nothing
-/// lies before. `sunlight`: what a
-/// method gives for a ray and the slab's transmittance along it, per irradiance facing the sun.
-pub fn main(
-    frame: &Frame,
-    view: &View,
-    maps: &Maps<'_>,
-    sunlight: impl Fn(&ViewRay, DVec3) -> DVec3 + Sync,
-) -> Vec<f64> {
+/// lies before. `sunlight`: see
+/// [`fn@sunlight`].
+pub fn main(frame: &Frame, view: &View, maps: &Maps<'_>, sunlight: impl Fn(&ViewRay) -> DVec3 + Sync) -> Vec<f64> {
     image(view, |place| {
         let ray = view_ray(frame, view, maps.thickness, place);
         let extinction = f64::from(frame.medium.extinction_550);
@@ -82,7 +103,7 @@ pub fn main(
         let mut light =
             if ray.from_above { high * reflected + low * transmitted } else { high * transmitted + low * reflected };
         if frame.sun.cosine > 0.0 {
-            light += vec3(frame.sun.irradiance) * at(maps.sun_share) * sunlight(&ray, through);
+            light += vec3(frame.sun.irradiance) * at(maps.sun_share) * sunlight(&ray);
         }
         light.extend(-(-extinction * ray.path_m).exp_m1()).to_array()
     })

@@ -3,9 +3,9 @@
 
 use crate::field;
 use crate::job::Job;
+use crate::method::{SlabMethod, Transport};
 use crate::moment::{LayerMoment, Moment};
-use crate::plan::{SlabMethod, field_resolution};
-use crate::request::Transport;
+use crate::plan::field_resolution;
 use crate::scene::quantity::Quantity as _;
 use crate::scene::{Thickness, Wind};
 use crate::tables::MixTables;

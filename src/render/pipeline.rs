@@ -10,14 +10,16 @@ use crate::frame;
 use crate::gpu::layout::{Frame, View};
 use crate::gpu::{Gpu, HostMap};
 use crate::ground::GroundMap;
+use crate::image::MissingImage;
 use crate::job::{Job, RenderError, Watch};
 use crate::light::{self, Light, LightInputs, Lit};
+use crate::method::SlabMethod;
 use crate::moment::Moment;
-use crate::plan::{SlabMethod, field_resolution};
+use crate::plan::field_resolution;
 use crate::request::Side;
 use crate::scene::Thickness;
 use crate::shade::{self, GroundSun, SlabLight};
-use crate::slice::{DeviceTables, HostTables};
+use crate::slice::{DeviceTables, HostSlab, HostTables};
 use crate::traced::{self, Traced};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
@@ -261,7 +263,8 @@ impl Pipeline {
         let layers = run.moment.layers.iter().zip(job.tables()).zip(&run.tables);
         let make = layers.map(|((layer, mix), tables)| {
             let key = SlabKey::new(MixKey::new(mix, layer), method, cosine);
-            self.slabs.get_or_make(key, || SlabLight::make(&self.gpu, method, mix, tables.host.ratio, cosine))
+            let make = || HostSlab::new(method, mix, tables.host.ratio, cosine);
+            self.slabs.get_or_make(key, || SlabLight::new(&self.gpu, &make()))
         });
         make.collect()
     }
@@ -301,7 +304,7 @@ fn lit(gpu: &Gpu, job: &Job, watch: &Watch, run: &Run, frames: &[wgpu::Buffer]) 
         blur_texels: moment.layers[number].blur_texels,
     };
     let layers: Vec<_> = (0..moment.layers.len()).map(layer).collect();
-    let ground = GroundMap::new(&job.scene().ground.albedo, job.images()).map_err(RenderError::MissingImage)?;
+    let ground = GroundMap::new(&job.scene().ground.albedo, job.images())?;
     let inputs = LightInputs {
         layers: &layers,
         sun: moment.illumination.direct(),
@@ -359,7 +362,7 @@ fn source(
         let image = match &layer.thickness {
             Thickness::Map { image, .. } => {
                 let found = job.images().get(&image.0);
-                Some(&**found.ok_or_else(|| RenderError::MissingImage(image.0.clone()))?)
+                Some(&**found.ok_or_else(|| MissingImage(image.0.clone()))?)
             }
             Thickness::Uniform(_) | Thickness::Stratocumulus(_) => None,
         };

@@ -7,7 +7,7 @@ use crate::gpu::layout::{Frame, Share, View};
 use crate::gpu::{HostMap, PassRecord, Target};
 use crate::job::{Job, RenderError, Watch};
 use crate::light::{ColumnMaps, Energy};
-use crate::slice::{self, HostSlice, HostTables};
+use crate::slice::{self, HostSlab, HostTables};
 use std::sync::{Arc, PoisonError};
 
 /// Results of the stages of one layer: the request's, or the lowest.
@@ -57,10 +57,10 @@ pub struct Stages {
     pub gathered: HostMap,
     /// Where the light goes.
     pub energy: Energy,
-    /// Closure of the orders for this sun: method "analytic".
+    /// Closure of the orders for this sun, whatever the method.
     pub closure: HostMap,
-    /// Radiance tables cut at this sun: method "tabulated", where the request's plan uses it.
-    pub slice: Option<HostSlice>,
+    /// What the plan's method of slab light keeps for this sun.
+    pub slab: Option<HostSlab>,
     /// Tables of the mix.
     pub tables: Arc<HostTables>,
     /// The view.
@@ -93,7 +93,7 @@ pub(super) fn read(
     let blur_texels = moment.layers[number].blur_texels;
     let tables = &run.tables[number].host;
     let cosine = moment.slant_cosine();
-    let cut = |detail| HostSlice::new(&mix.radiance(detail, &|_| ()), tables.ratio, cosine);
+    let slab = |method| HostSlab::new(method, mix, tables.ratio, cosine);
     let lit = run.lit.ok_or(RenderError::Defect("the stages of the light were not kept"))?;
     let (maps, own) = (&lit.maps[number], &lit.light.layers[number]);
     let map = |target: &Target| gpu.read_map(target, 0, deadline);
@@ -125,7 +125,7 @@ pub(super) fn read(
         gathered: map(&lit.light.gathered)?,
         energy: lit.light.energy,
         closure: slice::closure(mix, tables.ratio, cosine),
-        slice: moment.plan.detail().map(cut),
+        slab: moment.plan.slab.map(slab),
         tables: Arc::clone(tables),
         view: run.view,
         output: run.texels.data,

@@ -1,9 +1,9 @@
 //! The one table of query parameters: name, range or words, default, meaning, how each is read and written.
 
-use super::method::{Method, Reference, Transport};
 use super::texture_request::Request;
 use super::wanted::{Cloud, Component, GroundLight, Irradiance, Shadow, Sky, TextureKind, Wanted};
 use crate::encode::{Alpha, Depth, Format, Linear, Output, Picture, PictureDepth, Tonemap};
+use crate::method::{Method, Reference, Transport};
 use crate::projection::{Plane, Side, Sphere, SphereLayout, Viewer};
 use crate::scene::Scene;
 
@@ -174,7 +174,7 @@ pub const QUERY_PARAMETERS: &[QueryParameter] = &[
     },
     QueryParameter {
         name: "method",
-        values: "tabulated | analytic | reference",
+        values: Method::WORDS,
         default: "by tolerance",
         meaning: "how slab light is computed; reference (Monte Carlo) is for the command line",
         read: |given, text| set(&mut given.method, Some(Some(word(text, &Method::ALL)?))),
@@ -182,7 +182,7 @@ pub const QUERY_PARAMETERS: &[QueryParameter] = &[
     },
     QueryParameter {
         name: "transport",
-        values: "columns | tilted | entry | blended",
+        values: Transport::WORDS,
         default: "by tolerance",
         meaning: "how sunlight is carried through uneven cloud",
         read: |given, text| set(&mut given.transport, Some(Some(word(text, &Transport::ALL)?))),

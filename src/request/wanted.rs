@@ -1,6 +1,6 @@
 //! The textures, each with the parameters that touch it.
 
-use super::method::{Method, Reference, Transport};
+use crate::method::{Method, Reference, Transport};
 use crate::projection::{Plane, Projection, Sphere};
 use std::f64::consts::PI;
 

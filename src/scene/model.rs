@@ -4,6 +4,7 @@ use super::quantity::*;
 use super::{parse, write};
 use crate::optics::{Mix, PhaseTable};
 use sha2::{Digest, Sha256};
+use std::error::Error;
 
 /// One wrong field: where it is and what is allowed there.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -25,6 +26,9 @@ pub enum SceneError {
     #[error("{}", list(.0))]
     Invalid(Vec<FieldError>),
 }
+
+/// Turns what a scene gives for an image into the SHA-256 of the image, or says why it can't.
+pub type Resolve<'a> = &'a mut dyn FnMut(&str) -> Result<String, Box<dyn Error>>;
 
 /// Wrong fields in one line.
 pub(crate) fn list(errors: &[FieldError]) -> String {
@@ -251,10 +255,7 @@ impl Scene {
     ///
     /// # Errors
     /// As [`Scene::from_json`].
-    pub fn with_image_names(
-        text: &[u8],
-        resolve: &mut dyn FnMut(&str) -> Result<String, String>,
-    ) -> Result<Self, SceneError> {
+    pub fn with_image_names(text: &[u8], resolve: Resolve<'_>) -> Result<Self, SceneError> {
         parse::scene(text, resolve)
     }
 

@@ -8,8 +8,6 @@ use crate::optics::PhaseTable;
 use crate::optics::{TABLE_POINTS, TableFault};
 use serde_json::Value;
 
-type Resolve<'a> = &'a mut dyn FnMut(&str) -> Result<String, String>;
-
 /// Kinds of layers.
 pub(super) const LAYER_KINDS: [&str; 1] = ["stratiform"];
 /// Kinds of thickness.
@@ -19,7 +17,7 @@ const BASE_M: f64 = 1000.0;
 
 pub(super) fn scene(text: &[u8], resolve: Resolve<'_>) -> Result<Scene, SceneError> {
     within_bytes(text.len(), "")?;
-    let value = json::parse(text).map_err(SceneError::Unreadable)?;
+    let value = json::parse(text).map_err(|error| SceneError::Unreadable(error.to_string()))?;
     let mut reader = Reader::default();
     let scene = root(&mut reader, &value, resolve);
     match scene {
@@ -129,7 +127,7 @@ fn image(reader: &mut Reader, object: &Object<'_>, resolve: Resolve<'_>) -> Opti
         }
         return None;
     };
-    let name = resolve(name).map_err(|why| reader.wrong(object.at("image"), why)).ok()?;
+    let name = resolve(name).map_err(|why| reader.wrong(object.at("image"), why.to_string())).ok()?;
     let is_hash = name.len() == 64 && name.bytes().all(|b| b.is_ascii_digit() || (b'a'..=b'f').contains(&b));
     if !is_hash {
         reader.wrong(object.at("image"), format!("\"{name}\" is not a SHA-256: 64 lower-case hexadecimal digits"));

@@ -1,7 +1,8 @@
 //! The whole sky from an eye: clouds along each ray, and what lies behind them.
 
+use super::ground::{GroundSun, on_the_ground};
+use super::inputs::{Inputs, LayerInputs, cloud_binds, early};
 use super::tiles::{self, TILE};
-use super::{GroundSun, Inputs, LayerInputs, cloud_binds, early, on_the_ground};
 use crate::gpu::layout::{Backdrop, SkyView, View};
 use crate::gpu::shaders::Shader;
 use crate::gpu::{Bind, Gpu, GpuError, HostMap, Pass, Target, binds, shaders};

@@ -147,7 +147,7 @@ impl Twin {
         };
         let method = cloud_analytic::Maps { closure, phase, aureole };
         let frame = &self.stages.frame;
-        let texel = cloud::main(frame, &view, &maps, |ray, _| cloud_analytic::sunlight(frame, &method, ray));
+        let texel = cloud::main(frame, &view, &maps, |ray| cloud_analytic::sunlight(frame, &method, ray));
         (texel[1], texel[3])
     }
 

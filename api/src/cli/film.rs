@@ -152,10 +152,15 @@ fn strip(pictures: &[Picture]) -> Result<Vec<u8>, Fault> {
     Ok(bytes)
 }
 
+/// What is no colour.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("{0:?} is no colour such as #2c3f63")]
+pub(super) struct NoColour(String);
+
 /// A colour as `#rrggbb`.
-pub(super) fn colour(text: &str) -> Result<[u8; 3], String> {
+pub(super) fn colour(text: &str) -> Result<[u8; 3], NoColour> {
     let digits = text.strip_prefix('#').unwrap_or(text);
-    let wrong = || format!("{text:?} is no colour such as #2c3f63");
+    let wrong = || NoColour(text.to_owned());
     if digits.len() != 6 || !digits.is_ascii() {
         return Err(wrong());
     }
