@@ -2,14 +2,17 @@
 @group(0) @binding(0) var<uniform> backdrop: Backdrop;
 @group(0) @binding(1) var<uniform> view: SkyView;
 @group(0) @binding(2) var ground: texture_2d<f32>;
-@group(0) @binding(3) var repeat: sampler;
-@group(0) @binding(4) var<storage, read> clouds: array<f32>;
-@group(0) @binding(5) var<storage, read> tiles: array<u32>;
-@group(0) @binding(6) var<storage, read_write> output: array<f32>;
+@group(0) @binding(3) var trilinear: sampler;
+@group(0) @binding(4) var air_above: texture_2d<f32>; // from the eye to space
+@group(0) @binding(5) var air_below: texture_2d<f32>; // from the eye to the ground
+@group(0) @binding(6) var clamped: sampler;
+@group(0) @binding(7) var<storage, read> clouds: array<f32>;
+@group(0) @binding(8) var<storage, read> tiles: array<u32>;
+@group(0) @binding(9) var<storage, read_write> output: array<f32>;
 
-// Places of a texel's rays in it: see cloud_sky.
 // Rays of a texel with the horizon in it, at least: its edge would show steps.
 const SKY_EDGE_RAYS: u32 = 8u;
+// Places of a texel's rays in it: see cloud_sky.
 const SKY_SCATTER: vec2<f32> = vec2<f32>(0.75487767, 0.56984029);
 
 @compute @workgroup_size(16, 16)
@@ -34,21 +37,14 @@ fn sky_backdrop(middle: vec2<f32>) -> vec3<f32> {
     let h_m = view.eye.z;
     let cone = sphere_cone(view, direction);
     let half = 0.5 * cone.rise;
-    let low = lowest_m(h_m, direction.z - half);
-    if low > 0.0 {
-        return backdrop.sky;
-    }
-    var rays = max(view.rays, SKY_EDGE_RAYS);
-    var level = 16.0;
     let mixed = lowest_m(h_m, direction.z + half) > 0.0;
-    if !mixed {
-        let distance_m = sinking_distance(h_m, direction.z, 0.0);
-        let far = distance_m * f32(textureDimensions(ground).x) / backdrop.extent_m;
-        let along = far * cone.rise / max(-cosine_at(h_m, direction.z, distance_m, 0.0), 1e-3);
-        level = log2(max(far * cone.side, 1e-6));
-        rays = u32(clamp(ceil(along / view.texels_per_ray), 1.0, f32(view.rays)));
-    }
-    let levels = f32(textureNumLevels(ground)) - 1.0;
+    let distance_m = sinking_distance(h_m, direction.z, 0.0);
+    let far = distance_m * f32(textureDimensions(ground).x) / backdrop.extent_m;
+    let along = far * cone.rise / max(-cosine_at(h_m, direction.z, distance_m, 0.0), 1e-3);
+    // Where the horizon crosses the texel, the ground is far away.
+    let level = select(log2(max(far * cone.side, 1e-6)), 32.0, mixed);
+    let wanted = u32(clamp(ceil(along / view.texels_per_ray), 1.0, f32(view.rays)));
+    let rays = select(wanted, max(view.rays, SKY_EDGE_RAYS), mixed);
     var sum = vec3<f32>(0.0);
     for (var i = 0u; i < rays; i++) {
         var towards = direction;
@@ -56,12 +52,13 @@ fn sky_backdrop(middle: vec2<f32>) -> vec3<f32> {
             towards = sphere_direction(view, middle + fract((f32(i) + 0.5) * SKY_SCATTER) - 0.5);
         }
         if lowest_m(h_m, towards.z) > 0.0 {
-            sum += backdrop.sky;
+            sum += air_light(air_above, clamped, towards, backdrop.sun, backdrop.horizon, false, backdrop.asymmetry).light;
         } else {
             let way_m = ground_way(h_m, towards, sinking_distance(h_m, towards.z, 0.0));
             let place = view.eye.xy + towards.xy / max(length(towards.xy), 1e-12) * way_m;
-            let coarse = u32(clamp(level + (f32(i) + 0.5) / f32(rays), 0.0, levels));
-            sum += sample_periodic(ground, repeat, domain_uv(place, backdrop.extent_m), coarse).rgb;
+            let light = sample_level(ground, trilinear, domain_uv(place, backdrop.extent_m), level).rgb;
+            let air = air_light(air_below, clamped, towards, backdrop.sun, backdrop.horizon, true, backdrop.asymmetry);
+            sum += light * air.through + air.light;
         }
     }
     return sum / f32(rays);

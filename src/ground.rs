@@ -47,6 +47,12 @@ impl GroundMap {
         }
     }
 
+    /// The mean over the ground.
+    pub(crate) fn mean(&self) -> [f64; 3] {
+        let sum = |c: usize| self.texels.iter().map(|texel| texel[c]).sum::<f64>();
+        std::array::from_fn(|c| sum(c) / self.texels.len() as f64)
+    }
+
     /// The map as it is, for tracers. The fourth channel is 0.
     pub(crate) fn exact(&self) -> Map {
         let texels = self.texels.iter().map(|[r, g, b]| [*r, *g, *b, 0.0]).collect();

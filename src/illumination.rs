@@ -1,7 +1,10 @@
 //! Light on a scene at a time: where the sun stands, its beam, and the sky. The only place that reads a scene's sun and light.
 
 use crate::scene::quantity::Quantity as _;
-use crate::scene::{Scene, direction};
+use crate::atmosphere::diffuse_fluxes;
+use crate::scene::{Atmosphere, Scene, direction};
+use crate::spectrum::rec709;
+use crate::tables::AirTables;
 use std::f64::consts::PI;
 
 /// Light above the clouds at a moment.
@@ -18,16 +21,18 @@ pub struct Illumination {
 }
 
 impl Illumination {
-    /// The light of a scene. Its sun stands still: every time has the same.
-    pub fn new(scene: &Scene, _time_s: f64) -> Self {
+    /// The light of a scene at a time; `air` has the tables of its atmosphere, if it has air. Its sun stands still: every
+    /// time has the same.
+    pub fn new(scene: &Scene, air: Option<&AirTables>, _time_s: f64) -> Self {
         let towards_sun = direction(scene.sun.zenith_deg.get(), scene.sun.azimuth_deg.get());
+        let sun_diameter = scene.sun.angular_diameter_deg.get().to_radians();
         let day = if towards_sun[2] > 0.0 { 1.0 } else { 0.0 };
-        Self {
-            towards_sun,
-            beam: scene.light.sun.map(|value| day * value.get()),
-            sky: scene.light.sky.map(|value| value.get()),
-            sun_diameter: scene.sun.angular_diameter_deg.get().to_radians(),
-        }
+        let (beam, sky) = match (&scene.atmosphere, air) {
+            (Atmosphere::Given(light), _) => (light.sun.map(|value| value.get()), light.sky.map(|value| value.get())),
+            (Atmosphere::Air(_), Some(tables)) => through_air(tables, highest_m(scene), towards_sun[2]),
+            (Atmosphere::Air(_), None) => ([0.0; 3], [0.0; 3]),
+        };
+        Self { towards_sun, beam: beam.map(|value| day * value), sky, sun_diameter }
     }
 
     /// Cosine of the sun's zenith angle, at least 0.
@@ -50,4 +55,17 @@ impl Illumination {
         let direct = self.direct();
         std::array::from_fn(|c| direct[c] + PI * self.sky[c])
     }
+}
+
+/// Where light enters what lies below the air: the highest cloud base, or the ground.
+fn highest_m(scene: &Scene) -> f64 {
+    scene.layers.last().map_or(0.0, |layer| layer.base_m.get())
+}
+
+/// The sun's beam at a height on a plane facing it (klx), and the mean radiance of the sky there (kcd/m2). A colour beyond
+/// Rec.709, as that of the last light of a setting sun, comes to lie on its edge.
+fn through_air(tables: &AirTables, height_m: f64, sun_cosine: f64) -> ([f64; 3], [f64; 3]) {
+    let beam = tables.waves.each_ref().map(|wave| wave.air.disc_transmittance(height_m, sun_cosine));
+    let sky = tables.waves.each_ref().map(|wave| diffuse_fluxes(wave, height_m, sun_cosine).down / PI);
+    [beam, sky].map(|waves| rec709(waves).map(|value| value.max(0.0))).into()
 }

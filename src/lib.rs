@@ -49,6 +49,8 @@
 //! - `phase_function` P: (1/4pi) times its integral over the sphere is 1.
 //! - `irradiance`: horizontal unless said otherwise. `radiance`: per steradian.
 
+mod air_map;
+pub mod atmosphere;
 pub mod chart;
 pub mod encode;
 pub mod exchange;
@@ -73,6 +75,7 @@ pub mod scene;
 pub mod shade;
 pub mod slab;
 pub mod slice;
+pub mod spectrum;
 pub mod store;
 pub mod tables;
 mod traced;

@@ -16,7 +16,6 @@ pub use file::encode;
 pub use stages::Stages;
 
 use crate::gpu::{AdapterSummary, Gpu, GpuError};
-use crate::illumination::Illumination;
 use crate::request::{Cloud, Format, Method, Request, Sky, TextureKind, Wanted};
 use crate::scene::Scene;
 use crate::tables::TableLibrary;
@@ -102,7 +101,7 @@ impl Renderer {
     /// See [`RenderError`]; after [`RenderError::DeviceLost`] the renderer is of no more use.
     pub fn render(&mut self, job: &Job, watch: &Watch) -> Result<Texture, RenderError> {
         let request = job.request();
-        let illumination = Illumination::new(job.scene(), request.time_s);
+        let illumination = *job.illumination();
         let mut clock = Clock::default();
         let [width, height] = request.texels(job.scene());
         let (texels, plane_m, deepest_m) = if job.scene().layer_count() == 0 && request.wanted.sphere().is_none() {

@@ -14,8 +14,9 @@ pub(crate) use ground::{GroundSun, ground_sun};
 pub(crate) use inputs::{Inputs, LayerInputs};
 use inputs::{cloud_binds, each, early};
 pub(crate) use method::SlabLight;
-pub(crate) use sky::{OnGround, SkyInputs, SkyLayer, ground_radiance, sky_band};
+pub(crate) use sky::{DeviceAir, OnGround, SkyInputs, SkyLayer, ground_radiance, sky_band};
 use std::time::Instant;
+pub(crate) use tiles::dip;
 
 /// Texels of one submission at most: large textures are made in bands, so that a request can be dropped between them,
 /// buffers stay below WebGPU's limits and no submission holds the device for long.

@@ -10,8 +10,9 @@ alias CloudView = SkyView;
 @group(0) @binding(2) var levels: texture_2d<f32>; // thickness, with mip levels
 @group(0) @binding(3) var trilinear: sampler;
 @group(0) @binding(13) var<storage, read> tiles: array<u32>;
+@group(0) @binding(14) var air: texture_2d<f32>; // between the eye and the layer
 // The method's own bindings begin here.
-const METHOD_BINDING: u32 = 14u;
+const METHOD_BINDING: u32 = 15u;
 // Samples along a ray through the layer, at most.
 const PATH_MOST_STEPS: f32 = 1024.0;
 
@@ -118,5 +119,7 @@ fn sky_texel(middle: vec2<f32>) -> vec4<f32> {
             sum += shade_ray(sky_ray(towards, met, level, steps));
         }
     }
-    return sum / max(f32(rays), 1.0);
+    let cloud = sum / max(f32(rays), 1.0);
+    let before = air_light(air, clamped, direction, frame.sun.towards, view.horizon, view.rising == 0u, view.asymmetry);
+    return vec4<f32>(cloud.rgb * before.through + cloud.a * before.light, cloud.a);
 }

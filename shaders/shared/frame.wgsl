@@ -86,13 +86,20 @@ struct SkyView {
     texels_per_ray: f32,      // of a map along the ground, for each of a texel's rays
     coarseness: f32,          // mip levels beyond that whose texels are as wide as the picture's
     edge: f32,                // sine of the elevation at which the layer begins or ends for the eye
-    spare: u32,
+    horizon: f32,             // elevation at which the map of the air before the layer begins, radians
+    asymmetry: f32,           // of the aerosol
+    spare_0: u32,
+    spare_1: u32,
+    spare_2: u32,
 }
 
 // What lies behind the clouds.
 struct Backdrop {
-    sky: vec3<f32>,           // radiance of the sky above all layers
+    sun: vec3<f32>,           // unit vector towards it
+    horizon: f32,             // elevation at which the ground ends, radians
     extent_m: f32,            // side of the domain
+    asymmetry: f32,           // of the aerosol
+    spare: vec2<u32>,
 }
 
 // A Gaussian blur along one axis of a periodic map.

@@ -168,18 +168,32 @@ pub struct SkyView {
     pub coarseness: f32,
     /// Sine of the elevation at which the layer begins or ends for the eye.
     pub edge: f32,
+    /// Elevation at which the map of the air before the layer begins, radians.
+    pub horizon: f32,
+    /// Of the aerosol.
+    pub asymmetry: f32,
     /// Unused.
-    pub spare: u32,
+    pub spare_0: u32,
+    /// Unused.
+    pub spare_1: u32,
+    /// Unused.
+    pub spare_2: u32,
 }
 
 /// What lies behind the clouds.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq, Default, Pod, Zeroable)]
 pub struct Backdrop {
-    /// Radiance of the sky above all layers.
-    pub sky: [f32; 3],
+    /// Unit vector towards the sun.
+    pub sun: [f32; 3],
+    /// Elevation at which the ground ends, radians.
+    pub horizon: f32,
     /// Side of the domain.
     pub extent_m: f32,
+    /// Of the aerosol.
+    pub asymmetry: f32,
+    /// Unused.
+    pub spare: [u32; 2],
 }
 
 /// A Gaussian blur along one axis of a periodic map.

@@ -36,6 +36,7 @@ const PROJECTION: &str = wgsl!("shared/projection");
 const SLAB: &str = wgsl!("shared/slab");
 const SUN: &str = wgsl!("shared/sun");
 const SPHERE: &str = wgsl!("shared/sphere");
+const AIR: &str = wgsl!("shared/air");
 const CLOUD: &str = wgsl!("shared/cloud");
 const CLOUD_PLANE: &str = wgsl!("shared/cloud_plane");
 const CLOUD_SKY: &str = wgsl!("shared/cloud_sky");
@@ -91,9 +92,9 @@ shaders! {
     IRRADIANCE: "irradiance", IMAGE, [];
     CLOUD_ANALYTIC: "cloud_analytic", IMAGE, [PROJECTION, PATH, SLAB, CLOUD, CLOUD_PLANE];
     CLOUD_TABULATED: "cloud_tabulated", IMAGE, [PROJECTION, PATH, SLAB, CLOUD, CLOUD_PLANE];
-    SKY_ANALYTIC: "sky_analytic" of "cloud_analytic", IMAGE, [SPHERE, PATH_SAMPLED, SLAB, CLOUD, CLOUD_SKY];
-    SKY_TABULATED: "sky_tabulated" of "cloud_tabulated", IMAGE, [SPHERE, PATH_SAMPLED, SLAB, CLOUD, CLOUD_SKY];
+    SKY_ANALYTIC: "sky_analytic" of "cloud_analytic", IMAGE, [SPHERE, AIR, PATH_SAMPLED, SLAB, CLOUD, CLOUD_SKY];
+    SKY_TABULATED: "sky_tabulated" of "cloud_tabulated", IMAGE, [SPHERE, AIR, PATH_SAMPLED, SLAB, CLOUD, CLOUD_SKY];
     SKY_GROUND: "sky_ground", IMAGE, [];
-    SKY: "sky", IMAGE, [SPHERE];
-    SKY_ABOVE: "sky_above", IMAGE, [SPHERE];
+    SKY: "sky", IMAGE, [SPHERE, AIR];
+    SKY_ABOVE: "sky_above", IMAGE, [SPHERE, AIR];
 }

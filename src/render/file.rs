@@ -1,7 +1,6 @@
 //! A texture as the bytes of a file that says what it is.
 
 use crate::encode::{self, Encoded, Metadata, Pixels};
-use crate::illumination::Illumination;
 use crate::job::{Job, RenderError, Texture};
 use crate::plan::expected_error;
 use crate::request::{Side, Viewer};
@@ -52,7 +51,7 @@ fn metadata(job: &Job, texture: &Texture) -> Metadata {
         expected_error: Some(expected_error(&job.plan().explain(scene, request))),
         domain_extent_m: scene.extent_m(),
         origin: [0.0, 0.0, texture.plane_m],
-        sun_direction: Illumination::new(scene, request.time_s).towards_sun,
+        sun_direction: job.illumination().towards_sun,
         base_height_m: scene.base_m(),
         time_s: request.time_s,
         axes: "enu".to_owned(),

@@ -1,6 +1,8 @@
 //! What names the results that stay on the device between requests: each key holds all that its result depends on, and no
 //! more.
 
+use crate::air_map::Half;
+use crate::atmosphere::End;
 use crate::field;
 use crate::job::Job;
 use crate::method::{SlabMethod, Transport};
@@ -75,6 +77,17 @@ pub(super) struct GroundKey {
     texels: u32,
 }
 
+/// Air between an eye and what it sees.
+#[derive(PartialEq)]
+pub(super) struct AirKey {
+    /// Of the tables; without air the sky's light is the scene's.
+    air: String,
+    height_m: f64,
+    sun_cosine: f64,
+    half: Half,
+    end: End,
+}
+
 impl SourceKey {
     pub(super) fn new(job: &Job, number: usize) -> Self {
         let layer = &job.scene().layers[number];
@@ -137,5 +150,13 @@ impl BeamKey {
 impl GroundKey {
     pub(super) fn new(job: &Job, moment: &Moment, texels: u32) -> Self {
         Self { light: LightKey::new(job, moment), texels }
+    }
+}
+
+impl AirKey {
+    pub(super) fn new(job: &Job, eye: [f64; 2], half: Half, end: End) -> Self {
+        let air = job.air().map_or_else(|| job.scene_id().to_owned(), |air| air.key.clone());
+        let [height_m, sun_cosine] = eye;
+        Self { air, height_m, sun_cosine, half, end }
     }
 }

@@ -1,20 +1,27 @@
 //! The texels of a sky: what is made for it beside what other textures take, kept on the device, and its bands.
 
 use super::kept::Kept;
-use super::keys::{FieldKey, GroundKey};
+use super::keys::{AirKey, FieldKey, GroundKey};
+use crate::air_map::{AirMap, Half};
+use crate::atmosphere::End;
 use crate::field;
 use crate::frame;
 use crate::gpu::layout::{SkyView, View};
 use crate::gpu::{Gpu, Target};
 use crate::ground::GroundMap;
+use crate::illumination::Illumination;
 use crate::job::{Job, RenderError, Watch};
 use crate::moment::{LayerMoment, Moment};
 use crate::request::Sphere;
-use crate::shade::{self, Inputs, LayerInputs, OnGround, SkyInputs, SkyLayer};
+use crate::scene::Atmosphere;
+use crate::scene::quantity::Quantity as _;
+use crate::shade::{self, DeviceAir, Inputs, LayerInputs, OnGround, SkyInputs, SkyLayer, dip};
 use std::sync::Arc;
 
 /// Fields whose levels, and moments whose grounds, stay on the device.
 const KEPT: usize = 8;
+/// Maps of air: two for an eye, and two a layer.
+const KEPT_AIRS: usize = 40;
 /// Texels a side of the map of the ground, at least and at most.
 const GROUND_TEXELS: [u32; 2] = [64, 512];
 /// Cuts of a ray through a layer, on the mean over a sky: rays near the horizon are cut more often, on coarser maps.
@@ -24,6 +31,7 @@ const MEAN_CUTS: f64 = 100.0;
 pub(super) struct SkyKept {
     levels: Kept<FieldKey, Arc<Target>>,
     grounds: Kept<GroundKey, Arc<Target>>,
+    airs: Kept<AirKey, Arc<DeviceAir>>,
 }
 
 /// A sky's job, and what the stages before made for it.
@@ -38,24 +46,66 @@ pub(super) struct SkyJob<'a> {
     pub(super) watch: &'a Watch,
 }
 
+/// The eye of a sky, and what light comes to it without clouds.
+struct Eye {
+    height_m: f64,
+    sun_cosine: f64,
+    sky: [f64; 3],
+    in_air: bool,
+    asymmetry: f64,
+}
+
+impl Eye {
+    fn new(job: &Job, moment: &Moment, sphere: &Sphere) -> Self {
+        let Illumination { towards_sun, sky, .. } = moment.illumination;
+        let asymmetry = match &job.scene().atmosphere {
+            Atmosphere::Given(_) => 0.0,
+            Atmosphere::Air(air) => air.aerosol.asymmetry.get(),
+        };
+        Self { height_m: sphere.eye[2], sun_cosine: towards_sun[2], sky, in_air: job.air().is_some(), asymmetry }
+    }
+
+    /// Air on one side of the horizon. An eye within a layer has none before it.
+    fn air(&self, job: &Job, half: Half, end: End) -> AirMap {
+        let vacuum = |light| AirMap::vacuum(light, -dip(self.height_m, 0.0).asin());
+        match (job.air(), half, end) {
+            (None, Half::Above, End::Atmosphere) => vacuum(self.sky),
+            (None, ..) => vacuum([0.0; 3]),
+            (Some(_), Half::Above, End::Shell(base_m)) if self.height_m >= base_m => vacuum([0.0; 3]),
+            (Some(_), Half::Below, End::Shell(top_m)) if self.height_m <= top_m => vacuum([0.0; 3]),
+            (Some(air), ..) => AirMap::new(air, self.height_m, self.sun_cosine, half, end),
+        }
+    }
+}
+
 impl SkyKept {
     pub(super) fn new() -> Self {
-        Self { levels: Kept::new(KEPT), grounds: Kept::new(KEPT) }
+        Self { levels: Kept::new(KEPT), grounds: Kept::new(KEPT), airs: Kept::new(KEPT_AIRS) }
     }
 
     /// Shades a sky in bands.
     pub(super) fn texels(&mut self, gpu: &Gpu, sky: SkyJob<'_>) -> Result<Vec<f32>, RenderError> {
         let SkyJob { job, moment, sphere, all, seen, watch } = sky;
         let ground = self.ground(gpu, job, moment, all, watch)?;
+        let eye = Eye::new(job, moment, sphere);
+        let mut air = |half, end| self.airs.get_or_make(AirKey::new(job, [eye.height_m, eye.sun_cosine], half, end), || {
+            Arc::new(DeviceAir::new(gpu, &eye.air(job, half, end)))
+        });
+        let far = [air(Half::Above, End::Atmosphere), air(Half::Below, End::Atmosphere)];
         let mut layers = Vec::with_capacity(seen.len());
         for (number, inputs) in seen {
             let make = || field::levels(gpu, &inputs.field.thickness, watch.deadline).map(Arc::new);
             let levels = self.levels.get_or(FieldKey::new(job, number), make)?;
             let LayerMoment { base_m, depth_m, .. } = moment.layers[number];
-            layers.push(SkyLayer { inputs, levels, base_m, top_m: base_m + depth_m });
+            let top_m = base_m + depth_m;
+            let sinking = (eye.height_m > base_m).then(|| air(Half::Below, End::Shell(top_m)));
+            // Rays that come up again beyond the horizon end in haze, where there is air.
+            let rising = (eye.height_m < top_m || !eye.in_air).then(|| air(Half::Above, End::Shell(base_m)));
+            layers.push(SkyLayer { inputs, levels, base_m, top_m, before: [sinking, rising] });
         }
         let cuts = MEAN_CUTS * layers.len() as f64;
-        let inputs = SkyInputs { sphere, layers, ground, backdrop: frame::backdrop(moment) };
+        let backdrop = frame::backdrop(moment, far[0].horizon, eye.asymmetry);
+        let inputs = SkyInputs { sphere, layers, ground, backdrop, air: far };
         let view = frame::sky_view(sphere, moment.plan.sky, job.request().texels(job.scene()));
         let [across, down] = view.size;
         let rows = shade::band_rows(view.size, cuts);

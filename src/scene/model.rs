@@ -1,5 +1,6 @@
 //! What a scene is made of: each value is valid, so that later stages need no checks.
 
+use super::air::Atmosphere;
 use super::quantity::*;
 use super::{parse, write};
 use crate::optics::{Mix, PhaseTable};
@@ -40,7 +41,7 @@ pub(crate) fn list(errors: &[FieldError]) -> String {
 pub struct Scene {
     pub(crate) domain: Domain,
     pub(crate) sun: Sun,
-    pub(crate) light: Light,
+    pub(crate) atmosphere: Atmosphere,
     pub(crate) ground: Ground,
     /// Bottom to top: each base lies above the one before.
     pub(crate) layers: Vec<Layer>,
@@ -64,15 +65,6 @@ pub struct Sun {
     pub azimuth_deg: AzimuthDeg,
     /// Across the disc, which blurs the edges of shadows; 0 is parallel light.
     pub angular_diameter_deg: AngularDiameterDeg,
-}
-
-/// The light above the clouds, linear Rec.709.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Light {
-    /// Irradiance of the sun on a plane facing it.
-    pub sun: [SunIrradiance; 3],
-    /// Radiance of the sky, the same in all directions.
-    pub sky: [SkyRadiance; 3],
 }
 
 /// The ground at z = 0, a diffuse reflector.

@@ -1,5 +1,6 @@
 //! From JSON to a [`Scene`]: which fields there are, their defaults, and rules between them.
 
+use super::air::{self, Atmosphere};
 use super::model::*;
 use super::quantity::*;
 use super::read::{Object, Reader, describe};
@@ -14,6 +15,8 @@ pub(super) const LAYER_KINDS: [&str; 1] = ["stratiform"];
 pub(super) const THICKNESS_KINDS: [&str; 3] = ["uniform", "stratocumulus", "image"];
 /// Base of a layer that gives none, metres.
 const BASE_M: f64 = 1000.0;
+/// Across the sun's disc at the Earth's mean distance, degrees.
+const SUN_DIAMETER_DEG: f64 = 0.533;
 
 pub(super) fn scene(text: &[u8], resolve: Resolve<'_>) -> Result<Scene, SceneError> {
     within_bytes(text.len(), "")?;
@@ -46,11 +49,11 @@ fn default<Q: Quantity>(value: f64) -> Option<Q> {
 fn root(reader: &mut Reader, value: &Value, resolve: Resolve<'_>) -> Option<Scene> {
     let root = reader.object(value, "", &["domain", "sun", "atmosphere", "ground", "layers"])?;
     let domain = domain(reader, &root);
-    let sun = sun(reader, &root);
-    let light = light(reader, &root);
+    let atmosphere = air::read(reader, &root);
+    let sun = sun(reader, &root, matches!(atmosphere, Some(Atmosphere::Air(_))));
     let ground = ground(reader, &root, resolve);
     let layers = layers(reader, &root, resolve);
-    Some(Scene { domain: domain?, sun: sun?, light: light?, ground: ground?, layers: layers? })
+    Some(Scene { domain: domain?, sun: sun?, atmosphere: atmosphere?, ground: ground?, layers: layers? })
 }
 
 fn domain(reader: &mut Reader, root: &Object<'_>) -> Option<Domain> {
@@ -65,9 +68,11 @@ fn domain(reader: &mut Reader, root: &Object<'_>) -> Option<Domain> {
     })
 }
 
-fn sun(reader: &mut Reader, root: &Object<'_>) -> Option<Sun> {
+/// `real`: it shines through air, and has a disc unless it is given another.
+fn sun(reader: &mut Reader, root: &Object<'_>, real: bool) -> Option<Sun> {
+    let diameter = if real { SUN_DIAMETER_DEG } else { 0.0 };
     let fallback =
-        Sun { zenith_deg: default(50.0)?, azimuth_deg: default(180.0)?, angular_diameter_deg: default(0.0)? };
+        Sun { zenith_deg: default(50.0)?, azimuth_deg: default(180.0)?, angular_diameter_deg: default(diameter)? };
     if !root.has("sun") {
         return Some(fallback);
     }
@@ -77,21 +82,6 @@ fn sun(reader: &mut Reader, root: &Object<'_>) -> Option<Sun> {
         azimuth_deg: reader.number_or(&sun, "azimuth_deg", fallback.azimuth_deg),
         angular_diameter_deg: reader.number_or(&sun, "angular_diameter_deg", fallback.angular_diameter_deg),
     })
-}
-
-/// By default a clear noon in klx and kcd/m², so that a scene of clouds alone looks like a day.
-fn light(reader: &mut Reader, root: &Object<'_>) -> Option<Light> {
-    let fallback = Light {
-        sun: [default(98.0)?, default(94.0)?, default(87.0)?],
-        sky: [default(2.6)?, default(3.8)?, default(6.2)?],
-    };
-    if !root.has("atmosphere") {
-        return Some(fallback);
-    }
-    let air = reader.child(root, "atmosphere", &["sun", "sky"])?;
-    let sun = air.value("sun").map_or(Some(fallback.sun), |value| reader.colour(value, &air.at("sun")));
-    let sky = air.value("sky").map_or(Some(fallback.sky), |value| reader.colour(value, &air.at("sky")));
-    Some(Light { sun: sun?, sky: sky? })
 }
 
 fn ground(reader: &mut Reader, root: &Object<'_>, resolve: Resolve<'_>) -> Option<Ground> {

@@ -63,6 +63,18 @@ quantities! {
     SunIrradiance: 0.0..=1e6, "";
     /// Radiance of the uniform sky: kcd/m² or the caller's own unit.
     SkyRadiance: 0.0..=1e6, "";
+    /// Vertical optical depth of aerosol at 550 nm: up to what the air's tables were measured for.
+    AerosolDepth: 0.0..=1.0, "";
+    /// Exponent of wavelength in the optical depth of aerosol.
+    Angstrom: 0.0..=3.0, "";
+    /// Asymmetry of aerosol: sharper forward peaks have more moments than the air's tables hold.
+    AerosolAsymmetry: 0.0..=0.84, "";
+    /// Height over which aerosol thins to 1/e.
+    AerosolScaleM: 100.0..=10_000.0, "m";
+    /// Column of ozone.
+    OzoneDu: 0.0..=1000.0, "Dobson units";
+    /// Column of molecules, relative to the standard one at sea level.
+    RayleighColumn: 0.0..=2.0, "";
     /// Part of light that is not absorbed.
     Albedo: 0.0..=1.0, "";
     /// Height of a cloud base above ground.

@@ -1,5 +1,6 @@
 //! From a [`Scene`] to JSON with every default spelled out: the text that names it.
 
+use super::air;
 use super::model::*;
 use super::quantity::Quantity;
 use serde_json::{Value, json};
@@ -12,7 +13,7 @@ pub(super) fn scene(scene: &Scene) -> Value {
             "azimuth_deg": scene.sun.azimuth_deg.get(),
             "angular_diameter_deg": scene.sun.angular_diameter_deg.get(),
         },
-        "atmosphere": { "sun": colour(scene.light.sun), "sky": colour(scene.light.sky) },
+        "atmosphere": air::write(&scene.atmosphere),
         "ground": { "albedo": match &scene.ground.albedo {
             GroundAlbedo::Uniform(albedo) => colour(*albedo),
             GroundAlbedo::Map { image, linear } => json!({ "image": image.0, "linear": linear }),

@@ -3,6 +3,7 @@
 use super::ground::{GroundSun, on_the_ground};
 use super::inputs::{Inputs, LayerInputs, cloud_binds, early};
 use super::tiles::{self, TILE};
+use crate::air_map::AirMap;
 use crate::gpu::layout::{Backdrop, SkyView, View};
 use crate::gpu::shaders::Shader;
 use crate::gpu::{Bind, Gpu, GpuError, HostMap, Pass, Target, binds, shaders};
@@ -17,6 +18,23 @@ pub(crate) struct SkyLayer<'a> {
     pub(crate) levels: Arc<Target>,
     pub(crate) base_m: f64,
     pub(crate) top_m: f64,
+    /// Air between the eye and the layer, for rays that sink to it and that rise to it; `None` where air hides what such rays
+    /// show.
+    pub(crate) before: [Option<Arc<DeviceAir>>; 2],
+}
+
+/// A map of air on the device.
+pub(crate) struct DeviceAir {
+    pub(crate) map: Target,
+    /// Elevation of its horizon, radians.
+    pub(crate) horizon: f64,
+}
+
+impl DeviceAir {
+    pub(crate) fn new(gpu: &Gpu, air: &AirMap) -> Self {
+        let HostMap { width, height, channels, data } = &air.map;
+        Self { map: gpu.texture_from("air", [*width, *height], *channels, data), horizon: air.horizon }
+    }
 }
 
 /// What a sky is made from.
@@ -27,6 +45,8 @@ pub(crate) struct SkyInputs<'a> {
     /// Radiance of the ground, with mip levels.
     pub(crate) ground: Arc<Target>,
     pub(crate) backdrop: Backdrop,
+    /// Air from the eye to space, and to the ground.
+    pub(crate) air: [Arc<DeviceAir>; 2],
 }
 
 /// Light that falls on the ground: through the clouds, or the same everywhere.
@@ -83,19 +103,25 @@ pub(crate) fn sky_band(
     let sinking = inputs.layers.iter().rev().map(|layer| (layer, false));
     let rising = inputs.layers.iter().map(|layer| (layer, true));
     for (layer, rising) in sinking.chain(rising) {
+        let Some(before) = &layer.before[usize::from(rising)] else { continue };
         let shown = tiles::names(&tiles, |up| tiles::meets(up, eye_m, layer.base_m, layer.top_m, rising));
         let edge = -tiles::dip(eye_m, if rising { 0.0 } else { layer.top_m }) as f32;
-        let view = SkyView { rising: rising.into(), edge, ..*view };
-        let pass = cloud_pass(gpu, layer, &gpu.uniform("view", &view), rising, &shown, &clouds);
+        let (horizon, asymmetry) = (before.horizon as f32, inputs.backdrop.asymmetry);
+        let view = SkyView { rising: rising.into(), edge, horizon, asymmetry, ..*view };
+        let pass = cloud_pass(gpu, layer, &before.map, &gpu.uniform("view", &view), rising, &shown, &clouds);
         passes.extend(pass.ok_or_else(|| early("sky"))?);
     }
     let (backdrop, view) = (gpu.uniform("backdrop", &inputs.backdrop), gpu.uniform("view", view));
     let below = tiles::names(&tiles, |up| tiles::meets_ground(up, eye_m));
     passes.extend(over(gpu, &shaders::SKY, &below, |tiles| {
-        binds![&backdrop, &view, &*inputs.ground, &gpu.repeat, &clouds, tiles, &output]
+        let mut binds = binds![&backdrop, &view, &*inputs.ground, &gpu.trilinear];
+        binds.extend(binds![&inputs.air[0].map, &inputs.air[1].map, &gpu.clamp, &clouds, tiles, &output]);
+        binds
     }));
     let above = tiles::names(&tiles, |up| !tiles::meets_ground(up, eye_m));
-    passes.extend(over(gpu, &shaders::SKY_ABOVE, &above, |tiles| binds![&backdrop, &view, &clouds, tiles, &output]));
+    passes.extend(over(gpu, &shaders::SKY_ABOVE, &above, |tiles| {
+        binds![&backdrop, &view, &inputs.air[0].map, &gpu.clamp, &clouds, tiles, &output]
+    }));
     gpu.run("sky", deadline, &passes)?;
     gpu.read(&output, 3 * texels, deadline)
 }
@@ -114,6 +140,7 @@ fn over(
 fn cloud_pass(
     gpu: &Gpu,
     layer: &SkyLayer<'_>,
+    air: &Target,
     view: &wgpu::Buffer,
     rising: bool,
     tiles: &[u32],
@@ -123,7 +150,7 @@ fn cloud_pass(
     let shape = binds![&*layer.levels, &gpu.trilinear];
     let mut shared = cloud_binds(gpu, &layer.inputs, view, shape, !rising, clouds)?;
     Some(over(gpu, method.sky_shader(), tiles, |tiles| {
-        shared.extend(binds![tiles]);
+        shared.extend(binds![tiles, air]);
         shared.extend(method.binds(gpu, tables, !rising));
         shared
     }))

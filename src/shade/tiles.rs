@@ -55,7 +55,7 @@ pub(super) fn names(tiles: &[Tile], shows: impl Fn(&RangeInclusive<f64>) -> bool
 
 /// Sine of how far below the horizontal a level lies that is seen to end `height_m` above the ground, from `eye_m`: rays that
 /// sink more than this come lower than that.
-pub(super) fn dip(eye_m: f64, height_m: f64) -> f64 {
+pub(crate) fn dip(eye_m: f64, height_m: f64) -> f64 {
     let (eye, level) = (EARTH_RADIUS_M + eye_m, EARTH_RADIUS_M + height_m);
     if height_m >= eye_m { 0.0 } else { ((eye_m - height_m) * (eye + level)).sqrt() / eye }
 }
