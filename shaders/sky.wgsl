@@ -37,7 +37,7 @@ fn sky_backdrop(middle: vec2<f32>) -> vec3<f32> {
     let h_m = view.eye.z;
     let cone = sphere_cone(view, direction);
     let half = 0.5 * cone.rise;
-    let mixed = lowest_m(h_m, direction.z + half) > 0.0;
+    let mixed = !meets_ground(h_m, direction.z + half);
     let distance_m = sinking_distance(h_m, direction.z, 0.0);
     let far = distance_m * f32(textureDimensions(ground).x) / backdrop.extent_m;
     let along = far * cone.rise / max(-cosine_at(h_m, direction.z, distance_m, 0.0), 1e-3);
@@ -51,7 +51,7 @@ fn sky_backdrop(middle: vec2<f32>) -> vec3<f32> {
         if rays > 1u {
             towards = sphere_direction(view, middle + fract((f32(i) + 0.5) * SKY_SCATTER) - 0.5);
         }
-        if lowest_m(h_m, towards.z) > 0.0 {
+        if !meets_ground(h_m, towards.z) {
             sum += air_light(air_above, clamped, towards, backdrop.sun, backdrop.horizon, false, backdrop.asymmetry).light;
         } else {
             let way_m = ground_way(h_m, towards, sinking_distance(h_m, towards.z, 0.0));

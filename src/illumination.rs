@@ -1,7 +1,7 @@
 //! Light on a scene at a time: where the sun stands, its beam, and the sky. The only place that reads a scene's sun and light.
 
-use crate::scene::quantity::Quantity as _;
 use crate::atmosphere::diffuse_fluxes;
+use crate::scene::quantity::Quantity as _;
 use crate::scene::{Atmosphere, Scene, direction};
 use crate::spectrum::rec709;
 use crate::tables::AirTables;

@@ -133,6 +133,10 @@ fn lowest_m(h_m: f32, up: f32) -> f32 {
     return select(h_m - (EARTH_RADIUS_M + h_m) * up * up / (1.0 + level), h_m, up >= 0.0);
 }
 
+fn meets_ground(h_m: f32, up: f32) -> bool {
+    return up < 0.0 && lowest_m(h_m, up) <= 0.0;
+}
+
 // Way over the ground below a point of a ray.
 fn ground_way(h_m: f32, direction: vec3<f32>, distance_m: f32) -> f32 {
     let level = length(direction.xy);

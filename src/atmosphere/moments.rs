@@ -5,8 +5,8 @@
 //! twilight included. Light scattered once is integrated along the view with the whole phase function.
 
 use super::air::{Air, twilight};
-use super::contraction::{Contracted, azimuth_cosine, weigh};
 use super::axes::Axes;
+use super::contraction::{Contracted, azimuth_cosine, weigh};
 use super::field::{Field, SunSeries, TENSOR};
 use super::harmonics::{Harmonics, count};
 use super::methods::SkyModel;

@@ -29,7 +29,8 @@ pub fn encode(texture: &Texture, job: &Job) -> Result<Encoded, RenderError> {
 /// What a file says of itself besides its texels.
 fn metadata(job: &Job, texture: &Texture) -> Metadata {
     let (scene, request) = (job.scene(), job.request());
-    let wanted = &request.wanted;
+    let (wanted, in_air) = (&request.wanted, job.air().is_some());
+    let scale = request.output.linear().scale;
     let plane = wanted.plane();
     let (direction, eye) = match plane.map(|plane| plane.viewer) {
         None => (None, wanted.sphere().map(|sphere| sphere.eye)),
@@ -39,8 +40,8 @@ fn metadata(job: &Job, texture: &Texture) -> Metadata {
     Metadata {
         texture: request.texture().name().to_owned(),
         comments: request.texture().meaning().to_owned(),
-        unit: request.texture().unit().to_owned(),
-        scale: request.output.linear().scale,
+        unit: request.texture().unit(in_air).to_owned(),
+        scale,
         component: wanted.component().map(|component| component.name().to_owned()),
         peak: wanted.peak(),
         view: plane.map(|plane| plane.side.name().to_owned()),
@@ -57,7 +58,8 @@ fn metadata(job: &Job, texture: &Texture) -> Metadata {
         axes: "enu".to_owned(),
         scene: job.scene_id().to_owned(),
         version: VERSION.clone(),
-        white_luminance: None,
+        // Of radiance; an irradiance has none.
+        white_luminance: (in_air && wanted.projection().is_some()).then(|| (1000.0 / scale) as f32),
         // Maps repeat as the domain does.
         periodic: wanted.projection().is_none_or(|projection| projection.is_periodic()),
         place: None,

@@ -88,9 +88,11 @@ impl SkyKept {
         let SkyJob { job, moment, sphere, all, seen, watch } = sky;
         let ground = self.ground(gpu, job, moment, all, watch)?;
         let eye = Eye::new(job, moment, sphere);
-        let mut air = |half, end| self.airs.get_or_make(AirKey::new(job, [eye.height_m, eye.sun_cosine], half, end), || {
-            Arc::new(DeviceAir::new(gpu, &eye.air(job, half, end)))
-        });
+        let mut air = |half, end| {
+            self.airs.get_or_make(AirKey::new(job, [eye.height_m, eye.sun_cosine], half, end), || {
+                Arc::new(DeviceAir::new(gpu, &eye.air(job, half, end)))
+            })
+        };
         let far = [air(Half::Above, End::Atmosphere), air(Half::Below, End::Atmosphere)];
         let mut layers = Vec::with_capacity(seen.len());
         for (number, inputs) in seen {

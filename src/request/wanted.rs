@@ -45,13 +45,15 @@ impl TextureKind {
         }
     }
 
-    /// Unit of its values. The scene gives its own light: which unit that is in is the caller's knowledge.
-    pub fn unit(self) -> &'static str {
-        match self {
-            Self::Cloud | Self::Sky => "the scene's unit of irradiance per steradian",
-            Self::Irradiance => "the scene's unit of irradiance",
-            Self::Shadow => "1",
-            Self::Thickness => "m",
+    /// Unit of its values. Where the scene gives its own light, which unit that is in is the caller's knowledge.
+    pub fn unit(self, in_air: bool) -> &'static str {
+        match (self, in_air) {
+            (Self::Cloud | Self::Sky, true) => "kcd/m2",
+            (Self::Cloud | Self::Sky, false) => "the scene's unit of irradiance per steradian",
+            (Self::Irradiance, true) => "klx",
+            (Self::Irradiance, false) => "the scene's unit of irradiance",
+            (Self::Shadow, _) => "1",
+            (Self::Thickness, _) => "m",
         }
     }
 

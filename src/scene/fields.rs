@@ -76,7 +76,7 @@ pub const GROUPS: &[Group] = &[
             number::<AzimuthDeg>("/sun/azimuth_deg", "clockwise from north; kept as 0 to below 360"),
             number::<AngularDiameterDeg>(
                 "/sun/angular_diameter_deg",
-                "across the sun's disc: blurs the edges of shadows; 0 is parallel light, the sun in the sky is 0.533",
+                "across the sun's disc: blurs the edges of shadows; 0 is parallel light; 0.533, the sun's own, is the default in air",
             ),
             colour::<SunIrradiance>(
                 "/atmosphere/sun",
@@ -92,6 +92,28 @@ pub const GROUPS: &[Group] = &[
                  sRGB-decoded unless `linear` is true",
             ),
             field("/layers", Allowed::Other("0 to 4 layers"), "bottom to top: each base must be above the one before"),
+        ],
+    },
+    Group {
+        title: "`atmosphere` of air",
+        place: "/atmosphere",
+        least: r#"{"atmosphere": {}}"#,
+        fields: &[
+            number::<AerosolDepth>("/aerosol/optical_depth", "of particles, vertical, at 550 nm"),
+            number::<Angstrom>("/aerosol/angstrom", "the depth goes with wavelength to the power of minus this"),
+            number::<AerosolAsymmetry>(
+                "/aerosol/asymmetry",
+                "mean cosine of the scattering angle, of Henyey and Greenstein's phase function",
+            ),
+            number::<Albedo>("/aerosol/albedo", "single-scattering albedo"),
+            number::<AerosolScaleM>("/aerosol/scale_height_m", "height over which it thins to 1/e"),
+            number::<OzoneDu>("/ozone_du", "column of ozone"),
+            number::<RayleighColumn>("/rayleigh", "column of molecules, relative to the standard one at sea level"),
+            field(
+                "/polarisation",
+                Allowed::Other("`true`, `false`"),
+                "follow the polarisation of light scattered by molecules; without it the blue is up to 9 % off",
+            ),
         ],
     },
     Group {
@@ -235,6 +257,7 @@ fn in_words(value: &Value) -> String {
     match value {
         Value::Number(number) => number.as_f64().map_or_else(String::new, short),
         Value::String(word) => format!("`{word}`"),
+        Value::Bool(value) => format!("`{value}`"),
         Value::Array(list) if list.is_empty() => "none".to_owned(),
         Value::Array(list) if list.iter().all(|item| Some(item) == list.first()) => {
             list.first().map_or_else(String::new, in_words)

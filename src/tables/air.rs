@@ -5,7 +5,7 @@ use super::library::{Artefact, TableLibrary};
 use crate::atmosphere::wavelength::aerosol_depth;
 use crate::atmosphere::{Aerosol, Air, Boundary, Medium, Moments, Quality};
 use crate::scene::quantity::Quantity as _;
-use crate::scene::{AirColumn, AerosolColumn};
+use crate::scene::{AerosolColumn, AirColumn};
 use crate::spectrum::WAVELENGTHS_NM;
 use std::sync::Arc;
 
