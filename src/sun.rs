@@ -3,7 +3,7 @@
 //! [`Utc`] is an instant, read from and written as RFC 3339 text; [`Place`] a place on Earth; [`SunPosition`] where
 //! its sun stands then, [`SolarDay`] when it rises, culminates and sets. The astronomy is that of the crate
 //! `solar-positioning`: SPA, the solar position algorithm of NREL (I. Reda, A. Andreas, Solar Energy 76, 577-589,
-//! 2003), good to 0.0003 degrees where the rotation of the Earth is known.
+//! 2004), good to 0.0003 degrees where the rotation of the Earth is known.
 //!
 //! Terrestrial time runs ahead of the Earth's rotation by delta T, which is observed, not computed. It is estimated
 //! here by the polynomials of F. Espenak and J. Meeus (2006, with the crate's fits after 2015); a second of it moves
