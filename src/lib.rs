@@ -30,6 +30,9 @@
 //! | [`optics`] | droplet mix | phase function and its moments, extinction, albedo per colour |
 //! | [`slab`] | droplet mix | fluxes of a slab by adding-doubling; closed forms of the first orders of scattering |
 //! | [`tables`] | droplet mix | the two above, kept in memory and in a [`store`] |
+//! | [`atmosphere`] | air | clear air on a round Earth: its scattered light in every direction, for any sun and eye |
+//! | [`spectrum`] | - | colours of light that is known at four wavelengths |
+//! | [`sun`] | moment | where the sun stands, by place and time |
 //! | [`field`] | frame | the thickness map |
 //! | [`illumination`] | moment | the sun's direction and beam, and the sky |
 //! | [`mod@slice`] | sun | tables as textures; the closure of the orders |
@@ -38,8 +41,9 @@
 //! | [`shade`] | request | the texture asked for, in its [`projection`] |
 //! | [`encode`](mod@encode) | request | the bytes of a file |
 //!
-//! [`render`] runs them; only its pipeline knows this order. [`chart`] measures the methods against exact solutions and draws
-//! it. [`mod@reference`] holds a readable f64 twin of every pass that runs on the device.
+//! [`render`] runs them, but for [`atmosphere`], [`spectrum`] and [`sun`], which no texture shows yet; only its pipeline knows
+//! this order. [`chart`] measures the methods against exact solutions and draws it. [`mod@reference`] holds a readable f64
+//! twin of every pass that runs on the device.
 //!
 //! # Units, axes, symbols
 //! Metres, seconds; east = +x, north = +y, up = +z; maps have north up: row 0 is the north edge. Light is linear Rec.709.
@@ -77,6 +81,7 @@ pub mod slab;
 pub mod slice;
 pub mod spectrum;
 pub mod store;
+pub mod sun;
 pub mod tables;
 mod traced;
 mod version;

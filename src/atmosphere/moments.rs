@@ -30,7 +30,7 @@ pub struct Moments {
 impl Moments {
     /// Solves the table. `progress` hears fractions up to 1. The result does not depend on the number of threads.
     ///
-    /// `polarised: false` treats light as a scalar, as many programs do: up to 9 % off in the blue.
+    /// `polarised: false` treats light as a scalar, as many programs do: up to 8 % off at 440 nm.
     #[must_use]
     pub fn solve(air: Air, quality: Quality, polarised: bool, progress: &(dyn Fn(f64) + Sync)) -> Self {
         let resolution = Resolution::new(quality, &air.medium);

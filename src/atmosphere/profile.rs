@@ -13,6 +13,10 @@ const RAYLEIGH_SCALE_M: f64 = 8000.0;
 const OZONE_MIDDLE_M: f64 = 25_000.0;
 /// Half of the ozone layer's thickness, m; it thins out linearly from the middle.
 const OZONE_REACH_M: f64 = 15_000.0;
+/// Heights of the ozone layer's base, middle and top, m: between them its profile is smooth.
+pub const OZONE_CORNERS_M: [f64; 3] = [OZONE_MIDDLE_M - OZONE_REACH_M, OZONE_MIDDLE_M, OZONE_MIDDLE_M + OZONE_REACH_M];
+/// Extinction by ozone in the middle of its layer per vertical optical depth of the whole layer, 1/m.
+pub const OZONE_PEAK_PER_M: f64 = 1.0 / OZONE_REACH_M;
 /// Moments kept of a Henyey-Greenstein function: the tables use at most 17.
 const HENYEY_GREENSTEIN_MOMENTS: usize = 33;
 
@@ -115,7 +119,7 @@ impl Medium {
             aerosol: self.aerosol.depth * at_sea_level(self.aerosol.scale_height_m),
             aerosol_scale_m: self.aerosol.scale_height_m,
             albedo: self.aerosol.albedo,
-            ozone: self.ozone_depth / OZONE_REACH_M,
+            ozone: self.ozone_depth * OZONE_PEAK_PER_M,
         }
     }
 

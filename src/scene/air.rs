@@ -32,7 +32,7 @@ pub struct AirColumn {
     pub ozone_du: OzoneDu,
     /// Molecules, relative to the standard column at sea level.
     pub rayleigh: RayleighColumn,
-    /// Whether the polarisation of light scattered by molecules is followed; without it the blue is up to 9 % off.
+    /// Whether the polarisation of light scattered by molecules is followed; without it blue light is up to 8 % off.
     pub polarisation: bool,
 }
 

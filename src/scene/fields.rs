@@ -112,7 +112,7 @@ pub const GROUPS: &[Group] = &[
             field(
                 "/polarisation",
                 Allowed::Other("`true`, `false`"),
-                "follow the polarisation of light scattered by molecules; without it the blue is up to 9 % off",
+                "follow the polarisation of light scattered by molecules; without it blue light is up to 8 % off",
             ),
         ],
     },

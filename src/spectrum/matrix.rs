@@ -7,9 +7,9 @@ pub const WAVELENGTHS_NM: [f64; 4] = [640.0, 580.0, 525.0, 445.0];
 /// air, to linear Rec.709 red, green and blue (rows): irradiance in klx, radiance in kcd/m2. At one astronomical
 /// unit.
 ///
-/// Found by least squares; on other beams and skies it errs by 0.11 % rms and 1.2 % at worst of the largest channel,
+/// Found by [`super::fit`]; on other beams and skies it errs by 0.11 % rms and 1.2 % at worst of the largest channel,
 /// the luminance by 0.08 % rms. The bare sun comes out as 146.09, 130.08, 125.36 instead of 146.06, 130.01, 125.50.
-/// Run `cargo run --release --example colour_matrix` to find it again.
+/// Run `cargo run --release --example spectrum_matrix` to find it again.
 pub const TO_REC709: [[f64; 4]; 3] = [
     [82.6664, 135.2547, -77.7148, 5.8843],
     [-7.3294, 47.0913, 98.4217, -8.1005],
