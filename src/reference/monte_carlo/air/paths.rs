@@ -226,14 +226,21 @@ mod tests {
 
     #[test]
     fn flights_end_as_often_as_the_optical_depth_says() {
-        let medium = Medium::new(440.0, 1.0, 300.0, Aerosol::henyey_greenstein(0.3, 1200.0, 0.9, 0.7));
+        // Ozone absorbs most here, and a flight into its layer from below shows whether the bound holds there.
+        let medium = Medium::new(580.0, 1.0, 300.0, Aerosol::henyey_greenstein(0.3, 1200.0, 0.9, 0.7));
         let air = PreparedAir::new(&medium).unwrap();
         let problem = AirProblem { air: &air, ground_albedo: 0.5, sun_zenith_deg: 0.0, polarised: false };
         let world = World::new(&problem);
         let mut random = Random::new(1, 0);
-        for (height_m, cosine) in
-            [(0.0, 1.0), (0.0, 0.02), (2000.0, 0.3), (12_000.0, -0.05), (40_000.0, -0.09), (99_000.0, -0.17)]
-        {
+        for (height_m, cosine) in [
+            (0.0, 1.0),
+            (0.0, 0.02),
+            (2000.0, 0.3),
+            (16_000.0, 0.02),
+            (12_000.0, -0.05),
+            (40_000.0, -0.09),
+            (99_000.0, -0.17),
+        ] {
             let (count, mut escaped) = (40_000, 0);
             let direction = DVec3::new((1.0_f64 - cosine * cosine).sqrt(), 0.0, cosine);
             let ray = Ray::new(DVec3::Z * (PLANET_RADIUS_M + height_m), direction);
