@@ -39,8 +39,9 @@ impl AirMap {
         Self { map: HostMap { width: 2, height: 6, channels: 4, data }, horizon }
     }
 
-    /// Air from an eye at a height to where the rays of one side of the horizon end, in kcd/m².
-    pub(crate) fn new(air: &AirTables, eye_m: f64, sun_cosine: f64, half: Half, end: End) -> Self {
+    /// Air from an eye at a height to where the rays of one side of the horizon end, in kcd/m². Of the sun the cosine of its
+    /// zenith, and its irradiance relative to that at its mean distance.
+    pub(crate) fn new(air: &AirTables, eye_m: f64, [sun_cosine, nearness]: [f64; 2], half: Half, end: End) -> Self {
         let [above, below] = match half {
             Half::Above => [ROWS[0], 0],
             Half::Below => [0, ROWS[1]],
@@ -59,8 +60,8 @@ impl AirMap {
         let mut data = Vec::with_capacity(4 * 3 * rows * COLUMNS);
         let texels = rows * COLUMNS;
         let mut add = |[r, g, b]: [f64; 3]| data.extend([r as f32, g as f32, b as f32, 0.0]);
-        (0..texels).for_each(|i| add(colour(&|band| band.sky[i])));
-        (0..texels).for_each(|i| add(colour(&|band| band.aureole[i])));
+        (0..texels).for_each(|i| add(colour(&|band| nearness * band.sky[i])));
+        (0..texels).for_each(|i| add(colour(&|band| nearness * band.aureole[i])));
         for i in 0..texels {
             let through = colour(&|band| band.transmittance[i / COLUMNS]);
             add(std::array::from_fn(|c| (through[c] / white[c]).clamp(0.0, 1.0)));

@@ -14,6 +14,7 @@ mod parse;
 pub mod quantity;
 mod read;
 mod spelling;
+mod sun;
 mod write;
 
 pub use air::{AerosolColumn, AirColumn, Atmosphere, Light};
@@ -21,6 +22,6 @@ pub use fields::{Allowed, Field, GROUPS, Group};
 pub use images::ImageFindings;
 pub use model::{
     Domain, Droplets, FieldError, Ground, GroundAlbedo, ImageName, ImagePurpose, ImageReference, Layer, Pattern,
-    Resolve, Scene, SceneError, Stratocumulus, Sun, Thickness, Wind,
+    Resolve, Scene, SceneError, Stratocumulus, Sun, SunStand, Thickness, Wind,
 };
 pub(crate) use model::{direction, list};

@@ -31,10 +31,14 @@ pub(super) struct FieldKey {
     moved: Option<(Wind, f64)>,
 }
 
-/// Fields of all layers and where the wind has carried them: a scene that nothing moves is the same at all times.
+/// Fields of all layers, where the wind has carried them, and where the sun stands: a scene that nothing moves is the same at
+/// all times.
 #[derive(PartialEq, Clone)]
 pub(super) struct MomentKey {
     scene: String,
+    towards_sun: [f64; 3],
+    /// Of the tables of its air: finer ones have other light.
+    air: Option<String>,
     layers: Vec<([f64; 2], FieldKey)>,
 }
 
@@ -82,8 +86,8 @@ pub(super) struct GroundKey {
 pub(super) struct AirKey {
     /// Of the tables; without air the sky's light is the scene's.
     air: String,
-    height_m: f64,
-    sun_cosine: f64,
+    /// Height, cosine of the sun's zenith, and its nearness.
+    eye: [f64; 3],
     half: Half,
     end: End,
 }
@@ -113,7 +117,9 @@ impl MomentKey {
     pub(super) fn new(job: &Job, moment: &Moment) -> Self {
         let layers = moment.layers.iter().enumerate();
         let layers = layers.map(|(number, layer)| (layer.offset_uv, FieldKey::new(job, number))).collect();
-        Self { scene: job.scene_id().to_owned(), layers }
+        let air = job.air().map(|air| air.key.clone());
+        let towards_sun = moment.illumination.towards_sun;
+        Self { scene: job.scene_id().to_owned(), towards_sun, air, layers }
     }
 }
 
@@ -154,9 +160,8 @@ impl GroundKey {
 }
 
 impl AirKey {
-    pub(super) fn new(job: &Job, eye: [f64; 2], half: Half, end: End) -> Self {
+    pub(super) fn new(job: &Job, eye: [f64; 3], half: Half, end: End) -> Self {
         let air = job.air().map_or_else(|| job.scene_id().to_owned(), |air| air.key.clone());
-        let [height_m, sun_cosine] = eye;
-        Self { air, height_m, sun_cosine, half, end }
+        Self { air, eye, half, end }
     }
 }

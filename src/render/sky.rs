@@ -50,6 +50,7 @@ pub(super) struct SkyJob<'a> {
 struct Eye {
     height_m: f64,
     sun_cosine: f64,
+    nearness: f64,
     sky: [f64; 3],
     in_air: bool,
     asymmetry: f64,
@@ -57,12 +58,19 @@ struct Eye {
 
 impl Eye {
     fn new(job: &Job, moment: &Moment, sphere: &Sphere) -> Self {
-        let Illumination { towards_sun, sky, .. } = moment.illumination;
+        let Illumination { towards_sun, sky, nearness, .. } = moment.illumination;
         let asymmetry = match &job.scene().atmosphere {
             Atmosphere::Given(_) => 0.0,
             Atmosphere::Air(air) => air.aerosol.asymmetry.get(),
         };
-        Self { height_m: sphere.eye[2], sun_cosine: towards_sun[2], sky, in_air: job.air().is_some(), asymmetry }
+        Self {
+            height_m: sphere.eye[2],
+            sun_cosine: towards_sun[2],
+            nearness,
+            sky,
+            in_air: job.air().is_some(),
+            asymmetry,
+        }
     }
 
     /// Air on one side of the horizon. An eye within a layer has none before it.
@@ -73,7 +81,7 @@ impl Eye {
             (None, ..) => vacuum([0.0; 3]),
             (Some(_), Half::Above, End::Shell(base_m)) if self.height_m >= base_m => vacuum([0.0; 3]),
             (Some(_), Half::Below, End::Shell(top_m)) if self.height_m <= top_m => vacuum([0.0; 3]),
-            (Some(air), ..) => AirMap::new(air, self.height_m, self.sun_cosine, half, end),
+            (Some(air), ..) => AirMap::new(air, self.height_m, [self.sun_cosine, self.nearness], half, end),
         }
     }
 }
@@ -89,7 +97,7 @@ impl SkyKept {
         let ground = self.ground(gpu, job, moment, all, watch)?;
         let eye = Eye::new(job, moment, sphere);
         let mut air = |half, end| {
-            self.airs.get_or_make(AirKey::new(job, [eye.height_m, eye.sun_cosine], half, end), || {
+            self.airs.get_or_make(AirKey::new(job, [eye.height_m, eye.sun_cosine, eye.nearness], half, end), || {
                 Arc::new(DeviceAir::new(gpu, &eye.air(job, half, end)))
             })
         };

@@ -95,6 +95,21 @@ pub const GROUPS: &[Group] = &[
         ],
     },
     Group {
+        title: "`sun` over a place",
+        place: "/sun",
+        least: r#"{"sun": {"latitude_deg": 48, "longitude_deg": 11, "utc": "2026-06-21T10:00:00Z"}}"#,
+        fields: &[
+            number::<LatitudeDeg>("/latitude_deg", "north positive"),
+            number::<LongitudeDeg>("/longitude_deg", "east positive"),
+            number::<AltitudeM>("/altitude_m", "above the sea; moves the sun by less than 0.003 degrees"),
+            field(
+                "/utc",
+                Allowed::Other("1600 to 2399, as RFC 3339 writes it"),
+                "when `time` is 0; other offsets than `Z` are taken, and kept as UTC",
+            ),
+        ],
+    },
+    Group {
         title: "`atmosphere` of air",
         place: "/atmosphere",
         least: r#"{"atmosphere": {}}"#,

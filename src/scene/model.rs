@@ -4,6 +4,7 @@ use super::air::Atmosphere;
 use super::quantity::*;
 use super::{parse, write};
 use crate::optics::{Mix, PhaseTable};
+use crate::sun::{Place, Utc};
 use sha2::{Digest, Sha256};
 use std::error::Error;
 
@@ -56,15 +57,32 @@ pub struct Domain {
     pub resolution: u32,
 }
 
-/// Direction towards the sun.
+/// The sun.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Sun {
-    /// From straight up; above 90 the sun is below the horizon and gives no light.
-    pub zenith_deg: ZenithDeg,
-    /// Clockwise from north.
-    pub azimuth_deg: AzimuthDeg,
+    /// Where it stands.
+    pub stand: SunStand,
     /// Across the disc, which blurs the edges of shadows; 0 is parallel light.
     pub angular_diameter_deg: AngularDiameterDeg,
+}
+
+/// Where the sun stands.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum SunStand {
+    /// Always in one direction.
+    Direction {
+        /// From straight up; above 90 the sun is below the horizon and gives no light.
+        zenith_deg: ZenithDeg,
+        /// Clockwise from north.
+        azimuth_deg: AzimuthDeg,
+    },
+    /// Over a place: it moves with time.
+    Over {
+        /// The place.
+        place: Place,
+        /// When the scene's time is 0.
+        start: Utc,
+    },
 }
 
 /// The ground at z = 0, a diffuse reflector.
@@ -302,11 +320,6 @@ impl Scene {
     /// The droplet mixes whose tables a rendering needs, in the order of the layers.
     pub fn mixes(&self) -> Vec<Mix> {
         self.layers.iter().map(|layer| layer.droplets.mix()).collect()
-    }
-
-    /// Unit vector towards the sun (east, north, up).
-    pub fn sun_direction(&self) -> [f64; 3] {
-        direction(self.sun.zenith_deg.get(), self.sun.azimuth_deg.get())
     }
 
     /// Side of the domain, metres.

@@ -4,7 +4,7 @@ use super::air::{self, Atmosphere};
 use super::model::*;
 use super::quantity::*;
 use super::read::{Object, Reader, describe};
-use super::{json, spelling};
+use super::{json, spelling, sun};
 use crate::optics::PhaseTable;
 use crate::optics::{TABLE_POINTS, TableFault};
 use serde_json::Value;
@@ -15,8 +15,6 @@ pub(super) const LAYER_KINDS: [&str; 1] = ["stratiform"];
 pub(super) const THICKNESS_KINDS: [&str; 3] = ["uniform", "stratocumulus", "image"];
 /// Base of a layer that gives none, metres.
 const BASE_M: f64 = 1000.0;
-/// Across the sun's disc at the Earth's mean distance, degrees.
-const SUN_DIAMETER_DEG: f64 = 0.533;
 
 pub(super) fn scene(text: &[u8], resolve: Resolve<'_>) -> Result<Scene, SceneError> {
     within_bytes(text.len(), "")?;
@@ -50,7 +48,7 @@ fn root(reader: &mut Reader, value: &Value, resolve: Resolve<'_>) -> Option<Scen
     let root = reader.object(value, "", &["domain", "sun", "atmosphere", "ground", "layers"])?;
     let domain = domain(reader, &root);
     let atmosphere = air::read(reader, &root);
-    let sun = sun(reader, &root, matches!(atmosphere, Some(Atmosphere::Air(_))));
+    let sun = sun::read(reader, &root, matches!(atmosphere, Some(Atmosphere::Air(_))));
     let ground = ground(reader, &root, resolve);
     let layers = layers(reader, &root, resolve);
     Some(Scene { domain: domain?, sun: sun?, atmosphere: atmosphere?, ground: ground?, layers: layers? })
@@ -65,22 +63,6 @@ fn domain(reader: &mut Reader, root: &Object<'_>) -> Option<Domain> {
     Some(Domain {
         extent_m: reader.number_or(&domain, "extent_m", fallback.extent_m),
         resolution: reader.integer_or(&domain, "resolution", (1, Scene::MAX_SIDE), fallback.resolution),
-    })
-}
-
-/// `real`: it shines through air, and has a disc unless it is given another.
-fn sun(reader: &mut Reader, root: &Object<'_>, real: bool) -> Option<Sun> {
-    let diameter = if real { SUN_DIAMETER_DEG } else { 0.0 };
-    let fallback =
-        Sun { zenith_deg: default(50.0)?, azimuth_deg: default(180.0)?, angular_diameter_deg: default(diameter)? };
-    if !root.has("sun") {
-        return Some(fallback);
-    }
-    let sun = reader.child(root, "sun", &["zenith_deg", "azimuth_deg", "angular_diameter_deg"])?;
-    Some(Sun {
-        zenith_deg: reader.number_or(&sun, "zenith_deg", fallback.zenith_deg),
-        azimuth_deg: reader.number_or(&sun, "azimuth_deg", fallback.azimuth_deg),
-        angular_diameter_deg: reader.number_or(&sun, "angular_diameter_deg", fallback.angular_diameter_deg),
     })
 }
 

@@ -57,6 +57,12 @@ quantities! {
     ZenithDeg: 0.0..=180.0, "degrees";
     /// Clockwise from north; kept as 0 to below 360, as -90 and 270 are one direction.
     AzimuthDeg: -360.0..=360.0, "degrees", within_a_turn;
+    /// Of a place, north positive.
+    LatitudeDeg: -90.0..=90.0, "degrees";
+    /// Of a place, east positive.
+    LongitudeDeg: -180.0..=180.0, "degrees";
+    /// Of a place above the sea.
+    AltitudeM: -500.0..=11_000.0, "m";
     /// Angle across the sun's disc; 0 is parallel light.
     AngularDiameterDeg: 0.0..=10.0, "degrees";
     /// Irradiance of the sun on a plane that faces it, above the clouds: klx or the caller's own unit.
