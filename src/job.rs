@@ -18,6 +18,16 @@ use std::sync::Arc;
 /// Images by their SHA-256.
 pub type Images = HashMap<String, Arc<Image>>;
 
+/// The air of a scene, if it has any, as its tables depend on it. `images` are those that the scene names.
+///
+/// # Errors
+/// The image of the ground's albedo is not among them.
+pub fn air_mix(scene: &Scene, images: &Images, plan: &Plan) -> Result<Option<AirMix>, MissingImage> {
+    let Atmosphere::Air(column) = &scene.atmosphere else { return Ok(None) };
+    let ground = GroundMap::new(&scene.ground.albedo, images)?.mean();
+    Ok(Some(AirMix::new(*column, ground, plan.tolerance)))
+}
+
 /// One texture to make.
 #[derive(Debug, Clone)]
 pub struct Job {
@@ -59,13 +69,9 @@ impl Job {
         }
         let plan = Plan::new(&request);
         let mixes = scene.mixes();
-        let air = match &scene.atmosphere {
-            Atmosphere::Given(_) => None,
-            Atmosphere::Air(column) => {
-                let ground = GroundMap::new(&scene.ground.albedo, &images)?.mean();
-                let mix = AirMix::new(*column, ground, plan.tolerance);
-                Some(library.air(&mix, &|part| progress(part / (mixes.len() + 1) as f64))?)
-            }
+        let air = match air_mix(&scene, &images, &plan)? {
+            None => None,
+            Some(mix) => Some(library.air(&mix, &|part| progress(part / (mixes.len() + 1) as f64))?),
         };
         // The air comes first.
         let (done, all) = (usize::from(air.is_some()), mixes.len() + usize::from(air.is_some()));

@@ -17,6 +17,7 @@ pub mod serve;
 pub mod shelf;
 pub mod single_flight;
 pub mod skies;
+pub mod sun;
 pub mod textures;
 pub mod version;
 pub mod viewer;

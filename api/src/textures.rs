@@ -16,6 +16,7 @@ use axum::response::{IntoResponse, Response};
 use futures_util::stream;
 use serde::Serialize;
 use sha2::{Digest as _, Sha256};
+use skyloom::job::air_mix;
 use skyloom::plan::{Choice, Plan, expected_error, meets_tolerance};
 use skyloom::render::{Images, Job};
 use skyloom::request::{Request, RequestError};
@@ -186,7 +187,7 @@ async fn make(
 ) -> Result<Reply, Stopped> {
     // Before the tables, which would be made in vain.
     let images = images(&app, &scene).await?;
-    tables(&app, &scene, &request, &cancelled).await?;
+    tables(&app, &scene, &images, &request, &cancelled).await?;
     let media_type = request.format().media_type();
     let library = Arc::clone(&app.library);
     // Its tables are in memory by now.
@@ -213,8 +214,22 @@ async fn make(
 }
 
 /// Makes the tables of a scene, unless they are there.
-async fn tables(app: &Arc<App>, scene: &Scene, request: &Request, cancelled: &AtomicBool) -> Result<(), Stopped> {
-    let detail = Plan::new(request).detail();
+pub async fn tables(
+    app: &Arc<App>,
+    scene: &Scene,
+    images: &Images,
+    request: &Request,
+    cancelled: &AtomicBool,
+) -> Result<(), Stopped> {
+    let plan = Plan::new(request);
+    let detail = plan.detail();
+    let air = air_mix(scene, images, &plan).map_err(|missing| ApiError::Internal(missing.to_string()))?;
+    if let Some(mix) = air.filter(|mix| !app.library.air_ready(mix)) {
+        let _permit = app.table_work().await?;
+        let library = Arc::clone(&app.library);
+        let work = move || library.air(&mix, &|_| ()).map_err(|error| ApiError::Internal(error.to_string()));
+        blocking(work).await?;
+    }
     for (layer, mix) in scene.mixes().into_iter().enumerate() {
         // One blocking thread for each mix, however many requests wait for it. Tables once begun are finished: the next
         // request will want them too.

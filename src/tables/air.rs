@@ -117,4 +117,9 @@ impl TableLibrary {
     pub fn air(&self, mix: &AirMix, progress: &(dyn Fn(f64) + Sync)) -> Result<Arc<AirTables>, TableError> {
         self.artefact(mix, progress)
     }
+
+    /// Whether the tables of an atmosphere are in memory.
+    pub fn air_ready(&self, mix: &AirMix) -> bool {
+        self.has::<AirTables>(&mix.key())
+    }
 }
