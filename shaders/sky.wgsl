@@ -7,10 +7,8 @@
 @group(0) @binding(5) var<storage, read> tiles: array<u32>;
 @group(0) @binding(6) var<storage, read_write> output: array<f32>;
 
-// Places of a texel's rays in it: see cloud_sky.
 // Rays of a texel with the horizon in it, at least: its edge would show steps.
 const SKY_EDGE_RAYS: u32 = 8u;
-const SKY_SCATTER: vec2<f32> = vec2<f32>(0.75487767, 0.56984029);
 
 @compute @workgroup_size(16, 16)
 fn main(@builtin(global_invocation_id) id: vec3<u32>) {
@@ -34,13 +32,12 @@ fn sky_backdrop(middle: vec2<f32>) -> vec3<f32> {
     let h_m = view.eye.z;
     let cone = sphere_cone(view, direction);
     let half = 0.5 * cone.rise;
-    let low = lowest_m(h_m, direction.z - half);
-    if low > 0.0 {
+    if misses_ground(h_m, direction.z - half) {
         return backdrop.sky;
     }
     var rays = max(view.rays, SKY_EDGE_RAYS);
     var level = 16.0;
-    let mixed = lowest_m(h_m, direction.z + half) > 0.0;
+    let mixed = misses_ground(h_m, direction.z + half);
     if !mixed {
         let distance_m = sinking_distance(h_m, direction.z, 0.0);
         let far = distance_m * f32(textureDimensions(ground).x) / backdrop.extent_m;
@@ -53,9 +50,9 @@ fn sky_backdrop(middle: vec2<f32>) -> vec3<f32> {
     for (var i = 0u; i < rays; i++) {
         var towards = direction;
         if rays > 1u {
-            towards = sphere_direction(view, middle + fract((f32(i) + 0.5) * SKY_SCATTER) - 0.5);
+            towards = scattered_direction(view, middle, direction, i);
         }
-        if lowest_m(h_m, towards.z) > 0.0 {
+        if misses_ground(h_m, towards.z) {
             sum += backdrop.sky;
         } else {
             let way_m = ground_way(h_m, towards, sinking_distance(h_m, towards.z, 0.0));
