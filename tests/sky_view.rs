@@ -143,6 +143,33 @@ fn an_even_layer_is_the_cloud_of_a_parallel_view_at_the_local_angle() {
     eprintln!("largest error {most:.1e} of {EVEN_REL:.1e}");
 }
 
+#[test]
+fn an_eye_between_two_layers_sees_one_above_and_one_below() {
+    let mut sky = Sky::open();
+    let scene = scene(50.0, ALBEDO, &[even(1000.0, 100.0), even(2000.0, 50.0)]);
+    let irradiance = sky.render(&scene, "irradiance", &[]);
+    let ground: [f64; 3] = std::array::from_fn(|c| ALBEDO[c] / PI * mean(&irradiance, c));
+    for (layer, view, middle_m, behind) in [("1", "below", 2025.0, SKY), ("0", "above", 1050.0, ground)] {
+        for off_deg in [0.0_f64, 30.0, 65.0] {
+            let (sine, cosine) = off_deg.to_radians().sin_cos();
+            let local = ((EARTH_RADIUS_M + 1500.0) * sine / (EARTH_RADIUS_M + middle_m)).asin().to_degrees();
+            // To the east; its viewer is west of it.
+            let towards = format!("{local},270");
+            let query =
+                [("view", view), ("direction", &*towards), ("layer", layer), ("method", "tabulated"), ("size", "1")];
+            let cloud = sky.render(&scene, "cloud", &query).data;
+            let up = if view == "below" { cosine } else { -cosine };
+            let query = [("eye", "0,0,1500"), ("method", "tabulated")];
+            let found = looked(&mut sky, &scene, [sine, 0.0, up], 1.0, &query);
+            for c in 0..3 {
+                let expected = f64::from(cloud[c]) + (1.0 - f64::from(cloud[3])) * behind[c];
+                let error = (found[c] / expected - 1.0).abs();
+                assert!(error < EVEN_REL, "layer {layer}, {off_deg} degrees: {} not {expected}", found[c]);
+            }
+        }
+    }
+}
+
 /// Directions are known to 2e-6; at 6 degrees of elevation a cloud a kilometre up moves by 0.2 m for that, of a texel of the
 /// map of 312 m, over which light changes by up to 80.
 const SAME_ABS: f64 = 80.0 * 0.2 / 312.0;
