@@ -12,8 +12,6 @@
 
 // Rays of a texel with the horizon in it, at least: its edge would show steps.
 const SKY_EDGE_RAYS: u32 = 8u;
-// Places of a texel's rays in it: see cloud_sky.
-const SKY_SCATTER: vec2<f32> = vec2<f32>(0.75487767, 0.56984029);
 
 @compute @workgroup_size(16, 16)
 fn main(@builtin(global_invocation_id) id: vec3<u32>) {
@@ -37,7 +35,7 @@ fn sky_backdrop(middle: vec2<f32>) -> vec3<f32> {
     let h_m = view.eye.z;
     let cone = sphere_cone(view, direction);
     let half = 0.5 * cone.rise;
-    let mixed = !meets_ground(h_m, direction.z + half);
+    let mixed = misses_ground(h_m, direction.z + half);
     let distance_m = sinking_distance(h_m, direction.z, 0.0);
     let far = distance_m * f32(textureDimensions(ground).x) / backdrop.extent_m;
     let along = far * cone.rise / max(-cosine_at(h_m, direction.z, distance_m, 0.0), 1e-3);
@@ -49,9 +47,9 @@ fn sky_backdrop(middle: vec2<f32>) -> vec3<f32> {
     for (var i = 0u; i < rays; i++) {
         var towards = direction;
         if rays > 1u {
-            towards = sphere_direction(view, middle + fract((f32(i) + 0.5) * SKY_SCATTER) - 0.5);
+            towards = scattered_direction(view, middle, direction, i);
         }
-        if !meets_ground(h_m, towards.z) {
+        if misses_ground(h_m, towards.z) {
             sum += air_light(air_above, clamped, towards, backdrop.sun, backdrop.horizon, false, backdrop.asymmetry).light;
         } else {
             let way_m = ground_way(h_m, towards, sinking_distance(h_m, towards.z, 0.0));

@@ -13,7 +13,7 @@ mod stages;
 
 pub use crate::job::{Fault, Images, Job, RenderError, Texture, Watch};
 pub use file::encode;
-pub use stages::Stages;
+pub use stages::{SkyStages, Stages};
 
 use crate::gpu::{AdapterSummary, Gpu, GpuError};
 use crate::request::{Cloud, Format, Method, Request, Sky, TextureKind, Wanted};

@@ -14,7 +14,8 @@ pub(crate) use ground::{GroundSun, ground_sun};
 pub(crate) use inputs::{Inputs, LayerInputs};
 use inputs::{cloud_binds, each, early};
 pub(crate) use method::SlabLight;
-pub(crate) use sky::{DeviceAir, OnGround, SkyInputs, SkyLayer, ground_radiance, sky_band};
+pub use sky::SkyClouds;
+pub(crate) use sky::{DeviceAir, GroundLit, OnGround, SkyInputs, SkyLayer, ground_radiance, sky_band};
 use std::time::Instant;
 pub(crate) use tiles::dip;
 

@@ -11,6 +11,8 @@ use skyloom::gpu::layout::{
     SkyView, Step, Sun, SunMaps, Transfer, View,
 };
 use skyloom::gpu::shaders::{self, Shader};
+use skyloom::projection::SphereLayout;
+use skyloom::reference::{cloud_sky, path_sampled, sky, sphere};
 use skyloom::slab::fluxes;
 use skyloom::slab::phases as tables;
 use skyloom::slab::radiance::{aureole, table};
@@ -267,6 +269,29 @@ fn constants_of_the_radiance_slice() {
         ("NEAR_SUN_HALF_SIN_MAX", aureole::HALF_SIN_MAX),
     ];
     assert_constants(&shaders::CLOUD_TABULATED, &expected);
+}
+
+#[test]
+fn constants_of_the_sky() {
+    let sphere = [("EARTH_RADIUS_M", sphere::EARTH_RADIUS_M), ("LEAST_RISE_M", sphere::LEAST_RISE_M)];
+    let kinds: Vec<_> = ["SPHERE_EQUIRECT", "SPHERE_OCTAHEDRAL", "SPHERE_CUBE", "SPHERE_FISHEYE"]
+        .into_iter()
+        .enumerate()
+        .map(|(number, name)| {
+            assert_eq!(format!("SPHERE_{}", SphereLayout::NAMES[number].to_uppercase()), name);
+            (name, number as f64)
+        })
+        .collect();
+    let clouds = [("SKY_OPAQUE", cloud_sky::SKY_OPAQUE), ("PATH_MOST_STEPS", path_sampled::PATH_MOST_STEPS)];
+    for shader in [&shaders::SKY_ANALYTIC, &shaders::SKY_TABULATED] {
+        assert_constants(shader, &[&sphere[..], &kinds, &clouds].concat());
+    }
+    assert_constants(&shaders::SKY, &[("SKY_EDGE_RAYS", f64::from(sky::SKY_EDGE_RAYS))]);
+    // A tile is a workgroup.
+    for shader in [&shaders::SKY_ANALYTIC, &shaders::SKY_TABULATED, &shaders::SKY, &shaders::SKY_ABOVE] {
+        let tile = constant(&parsed(shader), "SKY_TILE");
+        assert_eq!(shader.workgroup.map(f64::from), [tile, tile, 1.0], "{}", shader.label);
+    }
 }
 
 #[test]

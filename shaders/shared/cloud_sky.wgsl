@@ -16,8 +16,6 @@ const METHOD_BINDING: u32 = 15u;
 // Samples along a ray through the layer, at most.
 const PATH_MOST_STEPS: f32 = 1024.0;
 
-// Places of the rays in a texel: a Kronecker sequence on the golden ratio's generalisation to two dimensions (Roberts, 2018).
-const SKY_SCATTER: vec2<f32> = vec2<f32>(0.75487767, 0.56984029);
 // Nothing behind is seen through more than this.
 const SKY_OPAQUE: f32 = 0.9998;
 
@@ -34,20 +32,23 @@ fn sky_crossing(direction: vec3<f32>) -> Crossing {
     let h_m = view.eye.z;
     let base_m = frame.place.base_m;
     let top_m = base_m + frame.place.depth_m;
-    let low_m = max(lowest_m(h_m, direction.z), 0.0);
+    let lowest = lowest_m(h_m, direction.z);
+    let low_m = max(lowest, 0.0);
+    let turns_inside = lowest > base_m;
+    let turn_m = lowest_distance(h_m, direction.z);
     if view.rising == 0u {
         // From the eye down to the lowest point.
         let near_z = min(h_m, top_m);
         let far_z = max(base_m, low_m);
         let meets = direction.z < 0.0 && near_z > far_z;
-        return Crossing(sinking_distance(h_m, direction.z, near_z), sinking_distance(h_m, direction.z, far_z), near_z,
-            far_z, meets);
+        let far_m = select(sinking_distance(h_m, direction.z, far_z), turn_m, turns_inside);
+        return Crossing(sinking_distance(h_m, direction.z, near_z), far_m, near_z, far_z, meets);
     }
     // From the lowest point up, if it is not in the ground.
     let near_z = max(base_m, low_m);
     let meets = near_z < top_m && (direction.z >= 0.0 || low_m > 0.0);
-    return Crossing(rising_distance(h_m, direction.z, near_z), rising_distance(h_m, direction.z, top_m), near_z, top_m,
-        meets);
+    let near_m = select(rising_distance(h_m, direction.z, near_z), turn_m, turns_inside);
+    return Crossing(near_m, rising_distance(h_m, direction.z, top_m), near_z, top_m, meets);
 }
 
 fn sky_ray(direction: vec3<f32>, crossing: Crossing, level: f32, steps: f32) -> ViewRay {
@@ -96,10 +97,10 @@ fn sky_texel(middle: vec2<f32>) -> vec4<f32> {
     }
     let cone = sphere_cone(view, direction);
     let crossing = sky_crossing(direction);
-    // How much of the thickness map the texel covers, across and along the ray.
-    let texel_m = frame.place.extent_m / f32(textureDimensions(levels).x);
-    let far = crossing.near_m / texel_m;
-    let level = clamp(view.coarseness + log2(max(far * cone.side, 1e-6)), 0.0, f32(textureNumLevels(levels)) - 1.0);
+    // How much of the thickness map the texel covers, along the ray.
+    let size = textureDimensions(levels);
+    let per_metre = f32(max(size.x, size.y)) / frame.place.extent_m;
+    let far = crossing.near_m * per_metre;
     let along = far * cone.rise / max(abs(cosine_at(view.eye.z, direction.z, crossing.near_m, crossing.near_z)), 1e-3);
     var rays = u32(clamp(ceil(along / view.texels_per_ray), 1.0, f32(view.rays)));
     // Some of the texel may meet the layer where its middle does not.
@@ -112,11 +113,14 @@ fn sky_texel(middle: vec2<f32>) -> vec4<f32> {
         var towards = direction;
         var met = crossing;
         if rays > 1u {
-            towards = sphere_direction(view, middle + fract((f32(i) + 0.5) * SKY_SCATTER) - 0.5);
+            towards = scattered_direction(view, middle, direction, i);
             met = sky_crossing(towards);
         }
         if met.meets {
-            sum += shade_ray(sky_ray(towards, met, level, steps));
+            // And across it. Of each ray: the texel's middle may miss the layer.
+            let level = view.coarseness + log2(max(met.near_m * per_metre * cone.side, 1e-6));
+            let coarse = clamp(level, 0.0, f32(textureNumLevels(levels)) - 1.0);
+            sum += shade_ray(sky_ray(towards, met, coarse, steps));
         }
     }
     let cloud = sum / max(f32(rays), 1.0);

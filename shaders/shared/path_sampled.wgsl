@@ -22,7 +22,8 @@ fn path_sampled(
     let cosine = max(up.z, MIN_COSINE);
     let start = start_uv + frame.place.offset_uv;
     let way_uv = vec2<f32>(up.x, -up.y) * (rise_m / (cosine * frame.place.extent_m));
-    let crossed = length(way_uv) * f32(textureDimensions(map).x) * exp2(-level);
+    let size = textureDimensions(map);
+    let crossed = length(way_uv) * f32(max(size.x, size.y)) * exp2(-level);
     let count = u32(clamp(ceil(steps * crossed), 1.0, PATH_MOST_STEPS));
     let piece = 1.0 / f32(count);
     let piece_m = rise_m * piece;

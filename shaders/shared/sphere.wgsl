@@ -80,6 +80,15 @@ fn sphere_direction(view: SkyView, texels: vec2<f32>) -> vec3<f32> {
     }
 }
 
+// Direction of one of a texel's rays: places are a Kronecker sequence on the golden ratio's generalisation to two dimensions
+// (Roberts, 2018). Those that fall beside the picture look where the texel's middle does.
+const SKY_SCATTER: vec2<f32> = vec2<f32>(0.75487767, 0.56984029);
+
+fn scattered_direction(view: SkyView, middle: vec2<f32>, direction: vec3<f32>, ray: u32) -> vec3<f32> {
+    let towards = sphere_direction(view, middle + fract((f32(ray) + 0.5) * SKY_SCATTER) - 0.5);
+    return select(direction, towards, dot(towards, towards) > 0.0);
+}
+
 // How much of the sphere a texel shows, radians: from its lower edge to its upper one, and root of the solid angle. Only the
 // equirect's texels are far from squares.
 struct Cone {
@@ -99,7 +108,7 @@ fn sphere_cone(view: SkyView, direction: vec3<f32>) -> Cone {
             return Cone(1.7724539 * texel, 1.7724539 * texel);
         }
         case SPHERE_FISHEYE: {
-            return Cone(2.0 * PI * view.turns * 0.5 * texel, 2.0 * PI * view.turns * 0.5 * texel);
+            return Cone(2.0 * PI * view.turns * texel, 2.0 * PI * view.turns * texel);
         }
         case SPHERE_CUBE: {
             // A mean over a face.
@@ -133,15 +142,24 @@ fn lowest_m(h_m: f32, up: f32) -> f32 {
     return select(h_m - (EARTH_RADIUS_M + h_m) * up * up / (1.0 + level), h_m, up >= 0.0);
 }
 
-fn meets_ground(h_m: f32, up: f32) -> bool {
-    return up < 0.0 && lowest_m(h_m, up) <= 0.0;
+// Whether a ray misses the ground; a level one of an eye on the ground does.
+fn misses_ground(h_m: f32, up: f32) -> bool {
+    return up >= 0.0 || lowest_m(h_m, up) > 0.0;
 }
 
-// Way over the ground below a point of a ray.
+// Distance to that lowest point: that to its height has a root of a difference in which all digits are lost.
+fn lowest_distance(h_m: f32, up: f32) -> f32 {
+    return max(-(EARTH_RADIUS_M + h_m) * up, 0.0);
+}
+
+// Way over the ground below a point of a ray. Drivers compute arcs badly, and these are short: to a quarter of a radian the
+// series is exact in single precision.
 fn ground_way(h_m: f32, direction: vec3<f32>, distance_m: f32) -> f32 {
     let level = length(direction.xy);
     let t = distance_m * level / (EARTH_RADIUS_M + h_m + distance_m * direction.z);
-    return EARTH_RADIUS_M * atan2(t, 1.0);
+    let s = t * t;
+    let arc = t * (1.0 - s * (0.33333333 - s * (0.2 - s * (0.14285714 - s * (0.11111111 - s * 0.09090909)))));
+    return EARTH_RADIUS_M * arc;
 }
 
 // Cosine of a ray's zenith where it has come so far, in the upright there.

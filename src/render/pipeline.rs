@@ -5,6 +5,7 @@ use super::file::check_eye;
 use super::kept::Kept;
 use super::keys::{BeamKey, FieldKey, LightKey, MixKey, SlabKey, SourceKey};
 use super::sky::{SkyJob, SkyKept};
+use super::stages::SkyStages;
 use crate::field::{self, Field, Source};
 use crate::frame;
 use crate::gpu::layout::{Frame, View};
@@ -61,6 +62,8 @@ pub(super) struct Run {
     pub(super) tables: Vec<Tables>,
     /// The light with what lies between its passes, where that was to be kept.
     pub(super) lit: Option<Lit>,
+    /// What lies between the passes of a sky, where that was to be kept.
+    pub(super) sky: Option<SkyStages>,
 }
 
 /// Texels before what a request asks of finished ones.
@@ -151,6 +154,7 @@ impl Pipeline {
             view,
             tables: Vec::new(),
             lit: None,
+            sky: None,
         };
         let (fields, moment) = (&run.fields, &run.moment);
         let reference = moment.plan.reference;
@@ -199,7 +203,8 @@ impl Pipeline {
             let all = of((0..run.fields.len()).collect());
             let seen = drawn(job).into_iter().map(|number| (number, layer(number))).collect();
             let sky = SkyJob { job, moment: &run.moment, sphere, all: &all, seen, watch };
-            let data = clock.time("shade", || self.skies.texels(&self.gpu, sky))?;
+            let (data, stages) = clock.time("shade", || self.skies.texels(&self.gpu, sky, keep))?;
+            run.sky = stages;
             run.texels = Texels { data, standard_error: None };
             return Ok(run);
         }

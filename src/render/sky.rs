@@ -2,6 +2,8 @@
 
 use super::kept::Kept;
 use super::keys::{AirKey, FieldKey, GroundKey};
+use super::pipeline::Keep;
+use super::stages::SkyStages;
 use crate::air_map::{AirMap, Half};
 use crate::atmosphere::End;
 use crate::field;
@@ -15,7 +17,7 @@ use crate::moment::{LayerMoment, Moment};
 use crate::request::Sphere;
 use crate::scene::Atmosphere;
 use crate::scene::quantity::Quantity as _;
-use crate::shade::{self, DeviceAir, Inputs, LayerInputs, OnGround, SkyInputs, SkyLayer, dip};
+use crate::shade::{self, DeviceAir, GroundLit, Inputs, LayerInputs, OnGround, SkyClouds, SkyInputs, SkyLayer, dip};
 use std::sync::Arc;
 
 /// Fields whose levels, and moments whose grounds, stay on the device.
@@ -30,7 +32,7 @@ const MEAN_CUTS: f64 = 100.0;
 /// What of skies stays on the device.
 pub(super) struct SkyKept {
     levels: Kept<FieldKey, Arc<Target>>,
-    grounds: Kept<GroundKey, Arc<Target>>,
+    grounds: Kept<GroundKey, Arc<GroundLit>>,
     airs: Kept<AirKey, Arc<DeviceAir>>,
 }
 
@@ -91,8 +93,13 @@ impl SkyKept {
         Self { levels: Kept::new(KEPT), grounds: Kept::new(KEPT), airs: Kept::new(KEPT_AIRS) }
     }
 
-    /// Shades a sky in bands.
-    pub(super) fn texels(&mut self, gpu: &Gpu, sky: SkyJob<'_>) -> Result<Vec<f32>, RenderError> {
+    /// Shades a sky in bands; with what lies between its passes, if that is to be kept.
+    pub(super) fn texels(
+        &mut self,
+        gpu: &Gpu,
+        sky: SkyJob<'_>,
+        keep: Keep,
+    ) -> Result<(Vec<f32>, Option<SkyStages>), RenderError> {
         let SkyJob { job, moment, sphere, all, seen, watch } = sky;
         let ground = self.ground(gpu, job, moment, all, watch)?;
         let eye = Eye::new(job, moment, sphere);
@@ -120,12 +127,14 @@ impl SkyKept {
         let [across, down] = view.size;
         let rows = shade::band_rows(view.size, cuts);
         let mut data = Vec::with_capacity(3 * across as usize * down as usize);
+        let mut kept = (keep == Keep::Stages).then(SkyClouds::default);
         for first_row in (0..down).step_by(rows as usize) {
             watch.look()?;
             let band = SkyView { first_row, rows: rows.min(down - first_row), ..view };
-            data.extend(shade::sky_band(gpu, &inputs, &band, watch.deadline)?);
+            data.extend(shade::sky_band(gpu, &inputs, &band, kept.as_mut(), watch.deadline)?);
         }
-        Ok(data)
+        let stages = kept.map(|clouds| stages(gpu, job, &inputs, view, clouds, watch)).transpose()?;
+        Ok((data, stages))
     }
 
     fn ground(
@@ -135,13 +144,11 @@ impl SkyKept {
         moment: &Moment,
         all: &Inputs<'_>,
         watch: &Watch,
-    ) -> Result<Arc<Target>, RenderError> {
-        let [least, most] = GROUND_TEXELS;
-        let texels = job.scene().resolution().clamp(least, most).next_power_of_two();
+    ) -> Result<Arc<GroundLit>, RenderError> {
+        let texels = ground_texels(job);
         self.grounds.get_or(GroundKey::new(job, moment, texels), || {
-            let ground = GroundMap::new(&job.scene().ground.albedo, job.images()).map_err(RenderError::MissingImage)?;
-            let albedo = ground.means(texels);
-            let view = View { size: [texels; 2], rows: texels, first: 1, peak: 1, ..View::default() };
+            let albedo = GroundMap::new(&job.scene().ground.albedo, job.images())?.means(texels);
+            let view = ground_view(texels);
             let deadline = watch.deadline;
             let made = if all.layers.is_empty() {
                 shade::ground_radiance(gpu, &OnGround::Even(moment.illumination.total()), &view, &albedo, deadline)
@@ -152,4 +159,46 @@ impl SkyKept {
             Ok(Arc::new(made?))
         })
     }
+}
+
+/// Texels a side of the map of the ground: a power of two.
+fn ground_texels(job: &Job) -> u32 {
+    let [least, most] = GROUND_TEXELS;
+    job.scene().resolution().clamp(least, most).next_power_of_two()
+}
+
+fn ground_view(texels: u32) -> View {
+    View { size: [texels; 2], rows: texels, first: 1, peak: 1, ..View::default() }
+}
+
+/// Reads what the passes of a sky took and gave.
+fn stages(
+    gpu: &Gpu,
+    job: &Job,
+    inputs: &SkyInputs<'_>,
+    view: SkyView,
+    clouds: SkyClouds,
+    watch: &Watch,
+) -> Result<SkyStages, RenderError> {
+    let read = |target: &Target| {
+        let levels: Vec<_> = (0..target.levels.len()).map(|level| (target, level)).collect();
+        gpu.read_maps(&levels, watch.deadline)
+    };
+    let texels = ground_texels(job);
+    let irradiance = gpu.read(&inputs.ground.irradiance, 3 * (texels * texels) as usize, watch.deadline)?;
+    let whole = |pass: SkyView| SkyView { first_row: 0, rows: view.rows, ..pass };
+    Ok(SkyStages {
+        view,
+        backdrop: inputs.backdrop,
+        levels: inputs.layers.iter().map(|layer| read(&layer.levels)).collect::<Result<_, _>>()?,
+        ground_view: ground_view(texels),
+        albedo: GroundMap::new(&job.scene().ground.albedo, job.images())?.means(texels),
+        irradiance,
+        ground: read(&inputs.ground.radiance)?,
+        air: [
+            gpu.read_map(&inputs.air[0].map, 0, watch.deadline)?,
+            gpu.read_map(&inputs.air[1].map, 0, watch.deadline)?,
+        ],
+        clouds: SkyClouds { passes: clouds.passes.into_iter().map(whole).collect(), ..clouds },
+    })
 }

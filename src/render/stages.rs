@@ -3,10 +3,11 @@
 use super::pipeline::{Pipeline, Run};
 use crate::exchange::stack::LayerLight;
 use crate::field::{self, FieldStages};
-use crate::gpu::layout::{Frame, Share, View};
+use crate::gpu::layout::{Backdrop, Frame, Share, SkyView, View};
 use crate::gpu::{HostMap, PassRecord, Target};
 use crate::job::{Job, RenderError, Watch};
 use crate::light::{ColumnMaps, Energy};
+use crate::shade::SkyClouds;
 use crate::slice::{self, HostSlab, HostTables};
 use std::sync::{Arc, PoisonError};
 
@@ -65,10 +66,35 @@ pub struct Stages {
     pub tables: Arc<HostTables>,
     /// The view.
     pub view: View,
+    /// What the passes of a sky took and gave, if one was asked for.
+    pub sky: Option<SkyStages>,
     /// The texture asked for, before what a request asks of finished texels.
     pub output: Vec<f32>,
     /// The passes that ran, in their order, each with its own time.
     pub passes: Vec<PassRecord>,
+}
+
+/// What the passes of a sky took and gave.
+#[derive(Debug, Clone)]
+pub struct SkyStages {
+    /// The view, as all of its rows.
+    pub view: SkyView,
+    /// What lies behind the clouds.
+    pub backdrop: Backdrop,
+    /// Thickness of the layers that are seen, lowest first: all mip levels of each.
+    pub levels: Vec<Vec<HostMap>>,
+    /// The texels of the ground.
+    pub ground_view: View,
+    /// The ground's albedo at them.
+    pub albedo: HostMap,
+    /// Irradiance there, three colours.
+    pub irradiance: Vec<f32>,
+    /// Radiance of the ground, all mip levels.
+    pub ground: Vec<HostMap>,
+    /// Air from the eye to space, and to the ground.
+    pub air: [HostMap; 2],
+    /// The clouds.
+    pub clouds: SkyClouds,
 }
 
 /// Reads the stages of a run back.
@@ -128,6 +154,7 @@ pub(super) fn read(
         slab: moment.plan.slab.map(slab),
         tables: Arc::clone(tables),
         view: run.view,
+        sky: run.sky,
         output: run.texels.data,
         passes,
         columns: lit.columns,

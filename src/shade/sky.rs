@@ -42,11 +42,29 @@ pub(crate) struct SkyInputs<'a> {
     pub(crate) sphere: &'a Sphere,
     /// The layers that are seen, lowest first.
     pub(crate) layers: Vec<SkyLayer<'a>>,
-    /// Radiance of the ground, with mip levels.
-    pub(crate) ground: Arc<Target>,
+    pub(crate) ground: Arc<GroundLit>,
     pub(crate) backdrop: Backdrop,
     /// Air from the eye to space, and to the ground.
     pub(crate) air: [Arc<DeviceAir>; 2],
+}
+
+/// The ground, and what its radiance was made from.
+pub(crate) struct GroundLit {
+    /// Radiance, with mip levels.
+    pub(crate) radiance: Target,
+    /// Downward, three colours of each texel.
+    pub(crate) irradiance: wgpu::Buffer,
+}
+
+/// What lies between the passes of a sky: for tests.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct SkyClouds {
+    /// The passes of the clouds in their order, each with the view that it took.
+    pub passes: Vec<SkyView>,
+    /// Air before the layer of each.
+    pub air: Vec<HostMap>,
+    /// Radiance of all clouds, premultiplied, and alpha.
+    pub texels: Vec<f32>,
 }
 
 /// Light that falls on the ground: through the clouds, or the same everywhere.
@@ -62,7 +80,7 @@ pub(crate) fn ground_radiance(
     view: &View,
     albedo: &HostMap,
     deadline: Option<Instant>,
-) -> Result<Target, GpuError> {
+) -> Result<GroundLit, GpuError> {
     let [across, down] = view.size;
     let texels = across as usize * down as usize;
     let mut passes = Vec::new();
@@ -84,21 +102,22 @@ pub(crate) fn ground_radiance(
         passes.push(Pass::new(&shaders::DOWNSAMPLE, ground.level_size(level), binds![&pair[0], &pair[1]]));
     }
     gpu.run("ground", deadline, &passes)?;
-    Ok(ground)
+    Ok(GroundLit { radiance: ground, irradiance })
 }
 
-/// Makes one band of a sky: `view.rows` rows from `view.first_row`.
+/// Makes one band of a sky: `view.rows` rows from `view.first_row`. What lies between its passes is added to `kept`.
 pub(crate) fn sky_band(
     gpu: &Gpu,
     inputs: &SkyInputs<'_>,
     view: &SkyView,
+    kept: Option<&mut SkyClouds>,
     deadline: Option<Instant>,
 ) -> Result<Vec<f32>, GpuError> {
     let texels = view.size[0] as usize * view.rows as usize;
     let (clouds, output) = (gpu.storage("clouds", 4 * texels), gpu.storage("output", 3 * texels));
     let tiles = tiles::tiles(inputs.sphere, view.size, view.first_row, view.rows);
     let eye_m = inputs.sphere.eye[2];
-    let mut passes = Vec::new();
+    let (mut passes, mut views) = (Vec::new(), Vec::new());
     // As a ray meets them: sinking from the highest layer to the lowest, then rising again.
     let sinking = inputs.layers.iter().rev().map(|layer| (layer, false));
     let rising = inputs.layers.iter().map(|layer| (layer, true));
@@ -108,13 +127,14 @@ pub(crate) fn sky_band(
         let edge = -tiles::dip(eye_m, if rising { 0.0 } else { layer.top_m }) as f32;
         let (horizon, asymmetry) = (before.horizon as f32, inputs.backdrop.asymmetry);
         let view = SkyView { rising: rising.into(), edge, horizon, asymmetry, ..*view };
+        views.push((view, before));
         let pass = cloud_pass(gpu, layer, &before.map, &gpu.uniform("view", &view), rising, &shown, &clouds);
         passes.extend(pass.ok_or_else(|| early("sky"))?);
     }
     let (backdrop, view) = (gpu.uniform("backdrop", &inputs.backdrop), gpu.uniform("view", view));
     let below = tiles::names(&tiles, |up| tiles::meets_ground(up, eye_m));
     passes.extend(over(gpu, &shaders::SKY, &below, |tiles| {
-        let mut binds = binds![&backdrop, &view, &*inputs.ground, &gpu.trilinear];
+        let mut binds = binds![&backdrop, &view, &inputs.ground.radiance, &gpu.trilinear];
         binds.extend(binds![&inputs.air[0].map, &inputs.air[1].map, &gpu.clamp, &clouds, tiles, &output]);
         binds
     }));
@@ -123,6 +143,12 @@ pub(crate) fn sky_band(
         binds![&backdrop, &view, &inputs.air[0].map, &gpu.clamp, &clouds, tiles, &output]
     }));
     gpu.run("sky", deadline, &passes)?;
+    if let Some(kept) = kept {
+        kept.passes = views.iter().map(|(view, _)| *view).collect();
+        let read = |(_, before): &(SkyView, &Arc<DeviceAir>)| gpu.read_map(&before.map, 0, deadline);
+        kept.air = views.iter().map(read).collect::<Result<_, _>>()?;
+        kept.texels.extend(gpu.read(&clouds, 4 * texels, deadline)?);
+    }
     gpu.read(&output, 3 * texels, deadline)
 }
 

@@ -77,3 +77,79 @@ pub(super) fn meets(up: &RangeInclusive<f64>, eye_m: f64, base_m: f64, top_m: f6
 pub(super) fn meets_ground(up: &RangeInclusive<f64>, eye_m: f64) -> bool {
     *up.start() <= -dip(eye_m, 0.0)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::projection::SphereLayout;
+
+    const LAYOUTS: [SphereLayout; 7] = [
+        SphereLayout::Equirect,
+        SphereLayout::Octahedral,
+        SphereLayout::Cube,
+        SphereLayout::Fisheye { fov_deg: 180.0 },
+        SphereLayout::Fisheye { fov_deg: 360.0 },
+        SphereLayout::Camera { look_deg: [200.0, -2.0], fov_deg: 30.0, aspect: 1.7 },
+        SphereLayout::Camera { look_deg: [20.0, 60.0], fov_deg: 170.0, aspect: 1.0 },
+    ];
+    /// Places of a tile that are looked at, a side.
+    const DENSE: u32 = 49;
+
+    /// Height of the lowest point of a ray.
+    fn lowest_m(eye_m: f64, up: f64) -> f64 {
+        if up >= 0.0 { eye_m } else { (EARTH_RADIUS_M + eye_m) * (1.0 - up * up).sqrt() - EARTH_RADIUS_M }
+    }
+
+    fn shows(up: f64, eye_m: f64, base_m: f64, top_m: f64, rising: bool) -> bool {
+        let lowest = lowest_m(eye_m, up);
+        let low_m = base_m.max(lowest);
+        if rising { low_m < top_m && (up >= 0.0 || lowest > 0.0) } else { up < 0.0 && eye_m.min(top_m) > low_m }
+    }
+
+    #[test]
+    fn no_tile_is_left_out_that_shows_something() {
+        for (layout, across) in LAYOUTS.into_iter().flat_map(|layout| [20, 50, 130].map(|size| (layout, size))) {
+            let size = crate::projection::Projection::Sphere(Sphere { layout, eye: [0.0; 3] }).size(across);
+            let sphere = Sphere { layout, eye: [0.0; 3] };
+            let mut dense: Vec<Vec<f64>> = Vec::new();
+            let listed = tiles(&sphere, size, 0, size[1]);
+            for (row, column) in
+                (0..size[1].div_ceil(TILE)).flat_map(|row| (0..size[0].div_ceil(TILE)).map(move |c| (row, c)))
+            {
+                let at = |corner: u32, step: u32, end: u32| {
+                    let place = f64::from(corner * TILE) + f64::from(step * TILE) / f64::from(DENSE - 1);
+                    place.min(f64::from(end) - 1e-9)
+                };
+                let places = (0..DENSE * DENSE).map(|i| [at(column, i % DENSE, size[0]), at(row, i / DENSE, size[1])]);
+                let ups: Vec<f64> = places.filter_map(|place| Some(sphere.direction(place, size)?[2])).collect();
+                let name = column | row << 16;
+                assert!(ups.is_empty() || listed.iter().any(|tile| tile.name == name), "{layout:?}: {column}, {row}");
+                dense.push(ups);
+            }
+            let name = |i: usize| {
+                let columns = size[0].div_ceil(TILE);
+                (i as u32 % columns) | (i as u32 / columns) << 16
+            };
+            for eye_m in [0.0, 2.0, 999.0, 1000.0, 1100.0, 1500.0, 1501.0, 20_000.0, 100_000.0] {
+                let ground = names(&listed, |up| meets_ground(up, eye_m));
+                for (i, ups) in dense.iter().enumerate() {
+                    let hit = ups.iter().any(|up| lowest_m(eye_m, *up) <= 0.0 && *up < 0.0);
+                    assert!(
+                        !hit || ground.contains(&name(i)),
+                        "{layout:?} of {size:?}, eye at {eye_m}: ground, tile {i}"
+                    );
+                }
+                for (base_m, top_m) in [(0.0, 300.0), (1000.0, 1500.0), (9000.0, 12_000.0)] {
+                    for rising in [false, true] {
+                        let shown = names(&listed, |up| meets(up, eye_m, base_m, top_m, rising));
+                        for (i, ups) in dense.iter().enumerate() {
+                            let seen = ups.iter().any(|up| shows(*up, eye_m, base_m, top_m, rising));
+                            let what = format!("{layout:?} of {size:?}, eye at {eye_m}, {base_m} to {top_m}, {rising}");
+                            assert!(!seen || shown.contains(&name(i)), "{what}: tile {i}");
+                        }
+                    }
+                }
+            }
+        }
+    }
+}
