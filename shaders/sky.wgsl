@@ -42,7 +42,9 @@ fn sky_backdrop(middle: vec2<f32>) -> vec3<f32> {
     // Where the horizon crosses the texel, the ground is far away.
     let level = select(log2(max(far * cone.side, 1e-6)), 32.0, mixed);
     let wanted = u32(clamp(ceil(along / view.texels_per_ray), 1.0, f32(view.rays)));
-    let rays = select(wanted, max(view.rays, SKY_EDGE_RAYS), mixed);
+    // A texel that is well above the horizon has but one.
+    let above = misses_ground(h_m, direction.z - cone.rise);
+    let rays = select(select(wanted, max(view.rays, SKY_EDGE_RAYS), mixed), 1u, above);
     var sum = vec3<f32>(0.0);
     for (var i = 0u; i < rays; i++) {
         var towards = direction;

@@ -34,7 +34,8 @@ pub fn sky_backdrop(backdrop: &Backdrop, view: &SkyView, behind: &Behind<'_>, mi
         let look = Look { sun: vec3(backdrop.sun), horizon, below, asymmetry };
         air_light(&behind.air[usize::from(below)], direction, &look)
     };
-    if misses(direction.z - 0.5 * cone.rise) {
+    // A texel that is well above the horizon has but one ray.
+    if misses(direction.z - cone.rise) {
         return air(false, direction).light;
     }
     let (rays, level) = if misses(direction.z + 0.5 * cone.rise) {
