@@ -41,9 +41,8 @@
 //! | [`shade`] | request | the texture asked for, in its [`projection`] |
 //! | [`encode`](mod@encode) | request | the bytes of a file |
 //!
-//! [`render`] runs them, but for [`atmosphere`], [`spectrum`] and [`sun`], which no texture shows yet; only its pipeline knows
-//! this order. [`chart`] measures the methods against exact solutions and draws it. [`mod@reference`] holds a readable f64
-//! twin of every pass that runs on the device.
+//! [`render`] runs them; only its pipeline knows this order. [`chart`] measures the methods against exact solutions and draws
+//! it. [`mod@reference`] holds a readable f64 twin of every pass that runs on the device.
 //!
 //! # Units, axes, symbols
 //! Metres, seconds; east = +x, north = +y, up = +z; maps have north up: row 0 is the north edge. Light is linear Rec.709.
