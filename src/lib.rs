@@ -53,6 +53,7 @@
 //! - `irradiance`: horizontal unless said otherwise. `radiance`: per steradian.
 
 mod air_map;
+pub mod ambient;
 pub mod atmosphere;
 pub mod chart;
 pub mod encode;

@@ -53,12 +53,7 @@ pub async fn get(
     let (caching, request) = read(texture, format, query)?;
     let request = fitted(&scene, &request, app.config.limits.max_side).map_err(ApiError::InvalidQuery)?;
 
-    // Without an adapter there is no tag; one that is just being prepared is worth waiting for.
-    if app.queue.adapter().is_none() {
-        app.queue.started(Instant::now() + app.config.queue.timeout()).await?;
-    }
-    let adapter = app.queue.adapter().ok_or_else(|| ApiError::NotReady("the renderer is not prepared".to_owned()))?;
-    let tag = entity_tag(&id, &request, &adapter);
+    let tag = tag(&app, &id, &request).await?;
     if not_modified(&headers, &tag) {
         let headers = [(header::ETAG, tag_value(&tag)?), (header::CACHE_CONTROL, caching.header())];
         return Ok((StatusCode::NOT_MODIFIED, headers).into_response());
@@ -73,8 +68,27 @@ pub async fn get(
             None => images(&app, &scene).await.and_then(|_| head.alone()),
         };
     }
-    let make = |cancelled| make(Arc::clone(&app), Arc::clone(&scene), request, cancelled);
-    head.with(&app.replies.get_or_make(&tag, make).await?)
+    head.with(&kept(&app, &scene, request, &tag).await?)
+}
+
+/// The entity tag of a texture. Without an adapter there is none; one that is just being prepared is worth waiting for.
+async fn tag(app: &Arc<App>, id: &str, request: &Request) -> Result<String, ApiError> {
+    if app.queue.adapter().is_none() {
+        app.queue.started(Instant::now() + app.config.queue.timeout()).await?;
+    }
+    let adapter = app.queue.adapter().ok_or_else(|| ApiError::NotReady("the renderer is not prepared".to_owned()))?;
+    Ok(entity_tag(id, request, &adapter))
+}
+
+async fn kept(app: &Arc<App>, scene: &Arc<Scene>, request: Request, tag: &str) -> Result<Given, ApiError> {
+    let make = |cancelled| make(Arc::clone(app), Arc::clone(scene), request, cancelled);
+    app.replies.get_or_make(tag, make).await
+}
+
+/// A texture as its bytes, from memory or made.
+pub async fn given(app: &Arc<App>, id: &str, scene: &Arc<Scene>, request: Request) -> Result<Given, ApiError> {
+    let tag = tag(app, id, &request).await?;
+    kept(app, scene, request, &tag).await
 }
 
 /// Reads an address.

@@ -72,3 +72,19 @@ fn a_panorama_of_air_is_served_and_says_what_it_is() {
     let answer = common.server.get(&format!("{sky}/sky.f32?size=8&projection=camera&fov=175"));
     assert_eq!((answer.status, answer.json()["errors"][0]["pointer"].clone()), (422, json!("fov")));
 }
+
+/// Nine numbers say what the panorama shines on the ground: the diffuse irradiance, to the few per cent that nine functions hold.
+#[test]
+fn the_ambient_light_is_that_of_the_sky() {
+    let common = common();
+    let sky = common.server.sky(&day());
+    let ambient = common.server.get(&format!("{sky}/ambient.json?eye=0,0,0")).json();
+    let up = |i: usize| ambient["irradiance"][i][1].as_f64().unwrap();
+    // The functions of the zenith: (0,0), (1,0) and (2,0).
+    let found = 0.282_094_8 * up(0) + 0.488_602_5 * up(2) + 0.630_783_1 * up(6);
+    let data = common.server.get(&format!("{sky}/irradiance.f32?component=diffuse&peak=false&size=1")).body;
+    let told = f64::from(f32::from_le_bytes(data[4..8].try_into().unwrap()));
+    assert!((found / told - 1.0).abs() < 0.05, "{found} klx, not {told}");
+    let answer = common.server.get(&format!("{sky}/ambient.json?size=8"));
+    assert_eq!((answer.status, answer.json()["errors"][0]["pointer"].clone()), (422, json!("size")));
+}
