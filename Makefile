@@ -8,12 +8,13 @@ LISTEN ?= 127.0.0.1:8080
 # One profile for running, testing and measuring: dependencies are compiled once.
 FLAGS := --release --locked
 
-.PHONY: help run test driver fmt bench pictures charts figures audit
+.PHONY: help run test driver fmt bench bench-baseline pictures charts figures audit
 
 help:
 	@echo "make run       start the server with its viewer on http://$(LISTEN) (LISTEN=ADDR:PORT for another place)"
 	@echo "make test      format check, lints as errors, every test"
-	@echo "make bench     time of each stage, per texel"
+	@echo "make bench     time of each stage, per texel, and how it stands to the committed baseline"
+	@echo "make bench-baseline  the same, written as the new baseline (docs/benches)"
 	@echo "make pictures  draw the pictures of README.md anew (docs/pictures)"
 	@echo "make charts    measure every method and draw the charts anew (docs/charts; some minutes)"
 	@echo "make figures   draw the figures of docs/method.md anew (docs/figures; needs Python 3)"
@@ -35,7 +36,10 @@ test:
 	$(CARGO) test $(FLAGS) --workspace
 
 bench: driver
-	$(CARGO) bench --locked
+	@CARGO="$(CARGO)" .ci/bench
+
+bench-baseline: driver
+	@CARGO="$(CARGO)" .ci/bench --baseline
 
 pictures: driver
 	$(CARGO) build $(FLAGS)

@@ -7,8 +7,11 @@
     reason = "a bench stops where it fails and prints what it found"
 )]
 
-use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
+use criterion::{BatchSize, BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use serde_json::json;
+use skyloom::atmosphere::{
+    Aerosol, Air, Boundary, End, Layout, Medium, Method, Moments, Quality, SunSky, diffuse_fluxes,
+};
 use skyloom::render::{Images, Job, Renderer, RendererOptions, Watch, encode};
 use skyloom::request::Request;
 use skyloom::scene::Scene;
@@ -106,6 +109,8 @@ const CASES: &[Case] = &[
     shade("slanted, tolerance 0.3", "cloud", &[("direction", "60,30"), ("tolerance", "0.3")]),
     shade("cloud above, slanted", "cloud", &[("view", "above"), ("direction", "60,30")]),
     shade("cloud in perspective", "cloud", &[("eye", "0,0,2")]),
+    shade("panorama", "sky", &[]),
+    shade("panorama from 4 km", "sky", &[("eye", "0,0,4000")]),
 ];
 
 fn stages(criterion: &mut Criterion) {
@@ -233,9 +238,35 @@ fn mixes(criterion: &mut Criterion) {
     group.finish();
 }
 
+/// A new atmosphere at one wavelength by each method, and a new sun in it.
+fn air(criterion: &mut Criterion) {
+    let ready = || {
+        let aerosol = Aerosol::henyey_greenstein(0.1, 1200.0, 0.93, 0.7);
+        Air::new(Medium::new(525.0, 1.0, 300.0, aerosol), Boundary::ground(0.2))
+    };
+    let [normal, fine] = [Quality::Normal, Quality::Fine].map(|quality| Method::Moments { quality, polarised: true });
+    let mut group = criterion.benchmark_group("new atmosphere, one wavelength");
+    group.sample_size(10);
+    let methods =
+        [("isotropic", Method::Isotropic), ("second order", Method::SecondOrder), ("normal", normal), ("fine", fine)];
+    for (name, method) in methods {
+        group.bench_function(name, |bench| {
+            bench.iter_batched(ready, |air| method.prepare(air, &|_| ()), BatchSize::LargeInput);
+        });
+    }
+    group.finish();
+    let moments = Moments::solve(ready(), Quality::Normal, true, &|_| ());
+    let mut group = criterion.benchmark_group("new sun, one wavelength");
+    group.bench_function("sky", |bench| {
+        bench.iter(|| SunSky::new(&moments, 2.0, 0.5, Layout::default(), End::Atmosphere));
+    });
+    group.bench_function("fluxes", |bench| bench.iter(|| diffuse_fluxes(&moments, 2.0, 0.5)));
+    group.finish();
+}
+
 criterion_group! {
     name = benches;
     config = Criterion::default().sample_size(20).warm_up_time(Duration::from_millis(500)).measurement_time(Duration::from_secs(2));
-    targets = whole_frame, stages, encoders, mixes
+    targets = whole_frame, stages, encoders, mixes, air
 }
 criterion_main!(benches);

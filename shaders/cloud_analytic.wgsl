@@ -3,9 +3,8 @@
 // Sunlight: light scattered once and twice by the medium without its forward peak, in closed form; light that met the
 // peak alone (order 0); and all higher orders as even radiance, closed against the exact fluxes.
 @group(0) @binding(0) var<uniform> frame: Frame;
-@group(0) @binding(1) var<uniform> view: View;
-@group(0) @binding(2) var thickness: texture_2d<f32>;
-@group(0) @binding(3) var bounds: texture_2d<f32>;
+@group(0) @binding(1) var<uniform> view: CloudView;
+// Bindings 2 and 3: the cloud's shape, as the view looks at it.
 @group(0) @binding(4) var transmittance: texture_2d<f32>;
 @group(0) @binding(5) var reflectance: texture_2d<f32>;
 @group(0) @binding(6) var phase: texture_2d<f32>;
@@ -15,8 +14,8 @@
 @group(0) @binding(10) var repeat: sampler;
 @group(0) @binding(11) var clamped: sampler;
 @group(0) @binding(12) var<storage, read_write> output: array<f32>;
-@group(0) @binding(13) var closure: texture_2d<f32>;
-@group(0) @binding(14) var aureole: texture_2d<f32>;
+@group(0) @binding(METHOD_BINDING) var closure: texture_2d<f32>;
+@group(0) @binding(METHOD_BINDING + 1) var aureole: texture_2d<f32>;
 
 // Rows of the closure texture: factors of orders 1 and 2 and the flux of the higher ones; first reflected light.
 const CLOSURE_ROWS: f32 = 6.0;
@@ -29,9 +28,6 @@ const AUREOLE_COLUMNS: f32 = 256.0;
 
 @compute @workgroup_size(16, 16)
 fn main(@builtin(global_invocation_id) id: vec3<u32>) {
-    if id.x >= view.size.x || id.y >= view.rows {
-        return;
-    }
     cloud_texel(id.xy);
 }
 

@@ -4,9 +4,8 @@
 // is smooth and comes from a table of the exact solution, cut at this frame's sun: one 3-D fetch for three colours. What
 // the two lack near the sun is a third term (src/slab/radiance tells all of it).
 @group(0) @binding(0) var<uniform> frame: Frame;
-@group(0) @binding(1) var<uniform> view: View;
-@group(0) @binding(2) var thickness: texture_2d<f32>;
-@group(0) @binding(3) var bounds: texture_2d<f32>;
+@group(0) @binding(1) var<uniform> view: CloudView;
+// Bindings 2 and 3: the cloud's shape, as the view looks at it.
 @group(0) @binding(4) var transmittance: texture_2d<f32>;
 @group(0) @binding(5) var reflectance: texture_2d<f32>;
 @group(0) @binding(6) var phase: texture_2d<f32>;
@@ -16,10 +15,10 @@
 @group(0) @binding(10) var repeat: sampler;
 @group(0) @binding(11) var clamped: sampler;
 @group(0) @binding(12) var<storage, read_write> output: array<f32>;
-@group(0) @binding(13) var slice: texture_3d<f32>;
-@group(0) @binding(14) var near_sun: texture_2d<f32>;
-@group(0) @binding(15) var linear: sampler;
-@group(0) @binding(16) var<uniform> remainder: Remainder;
+@group(0) @binding(METHOD_BINDING) var slice: texture_3d<f32>;
+@group(0) @binding(METHOD_BINDING + 1) var near_sun: texture_2d<f32>;
+@group(0) @binding(METHOD_BINDING + 2) var linear: sampler;
+@group(0) @binding(METHOD_BINDING + 3) var<uniform> remainder: Remainder;
 
 // The slice's axis of optical depth: octaves of remainder.depths_per_octave nodes up to SPARSE, then of one.
 const SLICE_LOG2_DEPTH_MIN: f32 = -5.0;
@@ -38,9 +37,6 @@ const NEAR_SUN_HALF_SIN_MAX: f32 = 0.25881905;
 
 @compute @workgroup_size(16, 16)
 fn main(@builtin(global_invocation_id) id: vec3<u32>) {
-    if id.x >= view.size.x || id.y >= view.rows {
-        return;
-    }
     cloud_texel(id.xy);
 }
 

@@ -1,7 +1,7 @@
 //! Charts of how exact and how fast each method of slab light, of moving fields, of exchanged light and of sunlight
 //! through uneven cloud is, as pictures (SVG) and tables (CSV).
 //!
-//! `truth` solves slabs exactly, `medium` has each method in double precision, `errors` and `cost` measure; `slab`, `fluxes`,
+//! `truth` solves slabs exactly, `medium` has each method in double precision, `row` lists them, `errors` and `cost` measure; `slab`, `fluxes`,
 //! `radiance`, `modified`, `validity`, `field`, `exchange` and `light` are one chart each; `figure` draws; `file` is what comes
 //! out; `sample` is what a test computes again.
 
@@ -19,6 +19,7 @@ mod medium;
 mod modified;
 mod radiance;
 mod random;
+mod row;
 mod sample;
 mod slab;
 mod statistics;
@@ -27,8 +28,9 @@ mod validity;
 
 use crate::tables::TableLibrary;
 
-pub use errors::{SLAB_MEDIA, SlabErrors, SlabMethod, slab_errors};
+pub use errors::{SLAB_MEDIA, SlabErrors, slab_errors};
 pub use file::{ChartError, ChartFile};
+pub use row::SlabRow;
 pub use sample::SampledRow;
 pub use statistics::ErrorSummary;
 

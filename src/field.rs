@@ -8,6 +8,7 @@
 
 mod clock;
 pub(crate) mod eddies;
+mod levels;
 mod map;
 mod motion;
 mod spectrum;
@@ -19,6 +20,7 @@ use crate::gpu::{Gpu, GpuError, HostMap, Pass, Target, binds, shaders};
 use crate::image::Image;
 use crate::scene::quantity::Quantity as _;
 use crate::scene::{self, Thickness, Wind};
+pub(crate) use levels::levels;
 pub(crate) use map::Field;
 use map::{bounds, count, find_bounds, read_bins};
 use motion::{Displaced, Motion};

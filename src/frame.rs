@@ -1,8 +1,9 @@
 //! From a moment to the host structs that the passes take: the only place where double precision becomes single.
 
-use crate::gpu::layout::{Frame, Medium, Placement, Sun, SunMaps, View};
+use crate::gpu::layout::{Backdrop, Frame, Medium, Placement, SkyView, Sun, SunMaps, View};
 use crate::moment::Moment;
-use crate::projection::{Projection, Side, Viewer};
+use crate::plan::SkyDetail;
+use crate::projection::{Side, Sphere, SphereLayout, Viewer, camera_axes};
 use crate::request::{Component, Transport, Wanted};
 
 fn single<const N: usize>(values: [f64; N]) -> [f32; N] {
@@ -69,11 +70,51 @@ pub(crate) fn view(moment: &Moment, wanted: &Wanted, size: [u32; 2]) -> View {
         Some(Component::Direct { .. }) => 1,
         Some(Component::Diffuse { .. }) => 2,
     };
-    let Some(Projection::Plane(plane)) = wanted.projection() else { return View { part, ..whole } };
+    let Some(plane) = wanted.plane() else { return View { part, ..whole } };
     let view =
         View { from_above: (plane.side == Side::Above).into(), plane_m: moment.plane_m(plane.side) as f32, ..whole };
     match plane.viewer {
         Viewer::At(eye) => View { perspective: 1, eye: single(eye), ..view },
         Viewer::Parallel { .. } => View { towards: single(plane.towards().unwrap_or([0.0; 3])), ..view },
+    }
+}
+
+/// A view of the sky, as all of its rows.
+pub(crate) fn sky_view(sphere: &Sphere, detail: SkyDetail, size: [u32; 2]) -> SkyView {
+    let whole = SkyView {
+        axis_x: [1.0, 0.0, 0.0],
+        axis_y: [0.0, 1.0, 0.0],
+        axis_z: [0.0, 0.0, 1.0],
+        kind: sphere.layout.number() as u32,
+        rows: size[1],
+        eye: single(sphere.eye),
+        size,
+        turns: 1.0,
+        rays: detail.rays,
+        texels_per_ray: detail.texels_per_ray as f32,
+        coarseness: detail.coarseness as f32,
+        steps: detail.steps as f32,
+        ..SkyView::default()
+    };
+    match sphere.layout {
+        SphereLayout::Equirect | SphereLayout::Octahedral | SphereLayout::Cube => whole,
+        SphereLayout::Fisheye { fov_deg } => SkyView { turns: (0.5 * fov_deg / 360.0) as f32, ..whole },
+        SphereLayout::Camera { look_deg, fov_deg, aspect } => {
+            let [axis_x, axis_y, axis_z] = camera_axes(look_deg).map(single);
+            let half_height = (0.5 * fov_deg).to_radians().tan();
+            let half_width = (half_height * aspect) as f32;
+            SkyView { axis_x, axis_y, axis_z, half_width, half_height: half_height as f32, ..whole }
+        }
+    }
+}
+
+/// What lies behind the clouds of a moment, for an eye that sees the horizon at an elevation (radians).
+pub(crate) fn backdrop(moment: &Moment, horizon: f64, asymmetry: f64) -> Backdrop {
+    Backdrop {
+        sun: single(moment.illumination.towards_sun),
+        horizon: horizon as f32,
+        extent_m: moment.extent_m as f32,
+        asymmetry: asymmetry as f32,
+        spare: [0; 2],
     }
 }

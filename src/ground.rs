@@ -2,7 +2,7 @@
 
 use crate::gpu::HostMap;
 use crate::image::colour::{convert, srgb_to_linear};
-use crate::image::{Colour, Image, ImageEncoding};
+use crate::image::{Colour, Image, ImageEncoding, MissingImage};
 use crate::periodic::bilinear;
 use crate::reference::Map;
 use crate::scene::GroundAlbedo;
@@ -30,14 +30,14 @@ impl GroundMap {
     /// The albedos of a ground. `images` are those of its scene, by SHA-256.
     ///
     /// # Errors
-    /// The name of the image, when it is not among them.
-    pub(crate) fn new(albedo: &GroundAlbedo, images: &HashMap<String, Arc<Image>>) -> Result<Self, String> {
+    /// When the image is not among them.
+    pub(crate) fn new(albedo: &GroundAlbedo, images: &HashMap<String, Arc<Image>>) -> Result<Self, MissingImage> {
         match albedo {
             GroundAlbedo::Uniform(albedo) => {
                 Ok(Self { width: 1, height: 1, texels: vec![albedo.map(|value| value.get())] })
             }
             GroundAlbedo::Map { image: name, linear } => {
-                let image = images.get(&name.0).ok_or_else(|| name.0.clone())?;
+                let image = images.get(&name.0).ok_or_else(|| MissingImage(name.0.clone()))?;
                 Ok(Self {
                     width: image.width as usize,
                     height: image.height as usize,
@@ -45,6 +45,12 @@ impl GroundMap {
                 })
             }
         }
+    }
+
+    /// The mean over the ground.
+    pub(crate) fn mean(&self) -> [f64; 3] {
+        let sum = |c: usize| self.texels.iter().map(|texel| texel[c]).sum::<f64>();
+        std::array::from_fn(|c| sum(c) / self.texels.len() as f64)
     }
 
     /// The map as it is, for tracers. The fourth channel is 0.
@@ -98,7 +104,7 @@ mod tests {
     use crate::scene::Scene;
 
     /// The map of a ground whose albedo is written so, with an image named by `a`s.
-    fn ground(albedo: &str, image: Option<Image>) -> Result<GroundMap, String> {
+    fn ground(albedo: &str, image: Option<Image>) -> Result<GroundMap, MissingImage> {
         let text = format!(r#"{{"ground": {{"albedo": {albedo}}}}}"#).replace("NAME", &"a".repeat(64));
         let scene = Scene::from_json(text.as_bytes()).unwrap();
         let images = image.map(|image| ("a".repeat(64), Arc::new(image))).into_iter().collect();
@@ -122,7 +128,7 @@ mod tests {
 
     #[test]
     fn a_missing_image_is_named() {
-        assert_eq!(ground(r#"{"image": "NAME"}"#, None).err(), Some("a".repeat(64)));
+        assert_eq!(ground(r#"{"image": "NAME"}"#, None).err(), Some(MissingImage("a".repeat(64))));
     }
 
     #[test]

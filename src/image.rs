@@ -17,7 +17,7 @@ use std::fmt::Write as _;
 use sha2::{Digest as _, Sha256};
 
 pub use colour::{Colour, Matrix};
-pub use error::ImageError;
+pub use error::{ImageError, MissingImage};
 pub use limits::ImageLimits;
 pub use picture::{Image, ImageEncoding};
 pub use texels::WrongTexels;

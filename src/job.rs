@@ -5,16 +5,28 @@ mod contract;
 
 pub use contract::{Fault, RenderError, Texture, Watch};
 
-use crate::image::Image;
+use crate::ground::GroundMap;
+use crate::illumination::Illumination;
+use crate::image::{Image, MissingImage};
 use crate::plan::Plan;
 use crate::request::Request;
-use crate::scene::Scene;
-use crate::tables::{MixTables, TableLibrary};
+use crate::scene::{Atmosphere, Scene};
+use crate::tables::{AirMix, AirTables, MixTables, TableLibrary};
 use std::collections::HashMap;
 use std::sync::Arc;
 
 /// Images by their SHA-256.
 pub type Images = HashMap<String, Arc<Image>>;
+
+/// The air of a scene, if it has any, as its tables depend on it. `images` are those that the scene names.
+///
+/// # Errors
+/// The image of the ground's albedo is not among them.
+pub fn air_mix(scene: &Scene, images: &Images, plan: &Plan) -> Result<Option<AirMix>, MissingImage> {
+    let Atmosphere::Air(column) = &scene.atmosphere else { return Ok(None) };
+    let ground = GroundMap::new(&scene.ground.albedo, images)?.mean();
+    Ok(Some(AirMix::new(*column, ground, plan.tolerance)))
+}
 
 /// One texture to make.
 #[derive(Debug, Clone)]
@@ -24,6 +36,8 @@ pub struct Job {
     request: Request,
     plan: Plan,
     tables: Vec<Arc<MixTables>>,
+    air: Option<Arc<AirTables>>,
+    illumination: Illumination,
     images: Images,
 }
 
@@ -44,7 +58,7 @@ impl Job {
         let request = request.of(&scene).map_err(RenderError::Invalid)?;
         let named = |sha256: String| match images.get(&sha256) {
             Some(image) => Ok((sha256, Arc::clone(image))),
-            None => Err(RenderError::MissingImage(sha256)),
+            None => Err(RenderError::from(MissingImage(sha256))),
         };
         let references = scene.image_references();
         let named = references.into_iter().map(|reference| named(reference.sha256));
@@ -55,18 +69,26 @@ impl Job {
         }
         let plan = Plan::new(&request);
         let mixes = scene.mixes();
+        let air = match air_mix(&scene, &images, &plan)? {
+            None => None,
+            Some(mix) => Some(library.air(&mix, &|part| progress(part / (mixes.len() + 1) as f64))?),
+        };
+        // The air comes first.
+        let (done, all) = (usize::from(air.is_some()), mixes.len() + usize::from(air.is_some()));
         let tables = mixes.iter().enumerate().map(|(i, mix)| {
-            let part = |part: f64| progress((i as f64 + part) / mixes.len() as f64);
+            let part = |part: f64| progress(((done + i) as f64 + part) / all as f64);
             library.get(mix, plan.detail(), &part)
         });
         let tables = tables.collect::<Result<_, _>>()?;
         let scene_id = scene.id();
-        Ok(Self { scene, scene_id, request, plan, tables, images })
+        let illumination = Illumination::new(&scene, air.as_deref(), request.time_s);
+        Ok(Self { scene, scene_id, request, plan, tables, air, illumination, images })
     }
 
     /// The same at another time, s since the scene's start.
     pub fn at(&self, time_s: f64) -> Self {
-        Self { request: Request { time_s, ..self.request }, ..self.clone() }
+        let illumination = Illumination::new(&self.scene, self.air.as_deref(), time_s);
+        Self { request: Request { time_s, ..self.request }, illumination, ..self.clone() }
     }
 
     /// The scene.
@@ -92,6 +114,16 @@ impl Job {
     /// Tables of the scene's mixes, one a layer, lowest first.
     pub fn tables(&self) -> &[Arc<MixTables>] {
         &self.tables
+    }
+
+    /// Tables of the scene's atmosphere, if it has air.
+    pub fn air(&self) -> Option<&Arc<AirTables>> {
+        self.air.as_ref()
+    }
+
+    /// Light at the request's time.
+    pub fn illumination(&self) -> &Illumination {
+        &self.illumination
     }
 
     /// The images that the scene names.

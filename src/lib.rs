@@ -26,10 +26,13 @@
 //! | stage | lifetime | gives |
 //! |---|---|---|
 //! | [`scene`], [`request`], [`image`] | - | validated input, ids |
-//! | [`job`], [`plan`] | request | what is wanted with all that it takes; methods, sizes and passes for the tolerance |
+//! | [`job`], [`plan`], [`method`] | request | what is wanted with all that it takes; methods, sizes and passes for the tolerance |
 //! | [`optics`] | droplet mix | phase function and its moments, extinction, albedo per colour |
 //! | [`slab`] | droplet mix | fluxes of a slab by adding-doubling; closed forms of the first orders of scattering |
 //! | [`tables`] | droplet mix | the two above, kept in memory and in a [`store`] |
+//! | [`atmosphere`] | air | clear air on a round Earth: its scattered light in every direction, for any sun and eye |
+//! | [`spectrum`] | - | colours of light that is known at four wavelengths |
+//! | [`sun`] | moment | where the sun stands, by place and time |
 //! | [`field`] | frame | the thickness map |
 //! | [`illumination`] | moment | the sun's direction and beam, and the sky |
 //! | [`mod@slice`] | sun | tables as textures; the closure of the orders |
@@ -49,6 +52,9 @@
 //! - `phase_function` P: (1/4pi) times its integral over the sphere is 1.
 //! - `irradiance`: horizontal unless said otherwise. `radiance`: per steradian.
 
+mod air_map;
+pub mod ambient;
+pub mod atmosphere;
 pub mod chart;
 pub mod encode;
 pub mod exchange;
@@ -60,6 +66,7 @@ pub mod illumination;
 pub mod image;
 pub mod job;
 pub mod light;
+pub mod method;
 mod moment;
 pub mod optics;
 mod periodic;
@@ -72,7 +79,9 @@ pub mod scene;
 pub mod shade;
 pub mod slab;
 pub mod slice;
+pub mod spectrum;
 pub mod store;
+pub mod sun;
 pub mod tables;
 mod traced;
 mod version;

@@ -2,7 +2,7 @@
 //!
 //! On the device (`sunlight`), on a square, periodic grid: the sun's light that reaches base and top of each layer, from the
 //! highest to the lowest, along slanted rays and by where it enters (methods:
-//! [`Transport`](crate::request::Transport)). What follows is smooth, so that a coarser grid does, and is solved on the host (`between`): the layers are added to one composite column, which
+//! [`Transport`](crate::method::Transport)). What follows is smooth, so that a coarser grid does, and is solved on the host (`between`): the layers are added to one composite column, which
 //! exchanges light with the ground ([`crate::exchange`]). The grids are small: reading them back costs less than a
 //! device's waiting for each pass.
 

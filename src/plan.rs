@@ -5,17 +5,12 @@
 //! or its finest where none does; [`expected_error`] tells what they come to together.
 
 use crate::field;
-use crate::request::{Method, Reference, Request, Transport};
+use crate::method::{Method, Reference, SlabMethod, Transport};
+use crate::request::Request;
 use crate::scene::quantity::Quantity as _;
 use crate::scene::{GroundAlbedo, Layer, Scene, Thickness};
 use crate::tables::Detail;
 
-/// Relative errors of radiance, root mean square, of the slab methods; docs/charts/slab.csv, with a margin. Within 10
-/// degrees of the sun the two finer sizes err by up to 2.5 times as much.
-pub const ERROR_OF_DETAIL: [(Detail, f64); 3] =
-    [(Detail::Coarse, 0.03), (Detail::Fine, 0.006), (Detail::Finest, 0.002)];
-/// The same of the method "analytic".
-pub const ERROR_OF_ANALYTIC: f64 = 0.9;
 /// Part of the tolerance that the exchange between cloud and ground may leave.
 const EXCHANGE_SHARE: f64 = 0.05;
 /// Tolerance from which the maps of sunlight have one texel per transport length. Twice as many cost twice the stage; against
@@ -24,14 +19,6 @@ const EXCHANGE_SHARE: f64 = 0.05;
 const COARSE_MAPS: f64 = 0.02;
 /// Tolerance from which the exchange grid may be half as fine.
 const COARSE_GRID: f64 = 0.1;
-
-/// Relative error of light at the base of uneven cloud, root mean square over texels, against Monte Carlo in three dimensions:
-/// mean over a closed and a broken field and suns at 60 and 80 degrees, rounded up (docs/charts/light.csv). On the ground
-/// a kilometre below it is a fraction of that.
-pub const ERROR_OF_TRANSPORT: [(Transport, f64); 4] =
-    [(Transport::Columns, 0.57), (Transport::Tilted, 0.43), (Transport::Entry, 0.60), (Transport::Blended, 0.34)];
-/// Tolerance from which light by entry is left out: the error without it.
-const ONE_MARCH: f64 = 0.43;
 
 /// Texels a side of a synthetic field per texel of the texture, at most: what lies between could not be shown.
 const FIELD_TEXELS_PER_TEXEL: u32 = 2;
@@ -54,38 +41,43 @@ pub fn field_resolution(scene: &Scene, request: &Request) -> u32 {
     scene.resolution().min(shown.max(LEAST_FIELD_TEXELS))
 }
 
-/// A fast method of slab light.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum SlabMethod {
-    /// Closed forms of the first orders.
-    Analytic,
-    /// Tables of the exact solution, of a size.
-    Tabulated(Detail),
+/// A method of slab light in words.
+fn in_words(slab: SlabMethod) -> String {
+    let name = slab.asked_as().name();
+    slab.detail().map_or_else(
+        || name.to_owned(),
+        |detail| {
+            let size = detail.size();
+            let nodes = format!("{} x {} x {}", size.depths(), size.zeniths, size.azimuths);
+            format!("{name}, {} ({nodes})", detail.name())
+        },
+    )
 }
 
-impl SlabMethod {
-    /// Expected relative error of radiance, root mean square.
-    pub fn error(self) -> f64 {
-        match self {
-            Self::Analytic => ERROR_OF_ANALYTIC,
-            Self::Tabulated(wanted) => {
-                ERROR_OF_DETAIL.iter().find(|(detail, _)| *detail == wanted).map_or(0.0, |(_, error)| *error)
-            }
-        }
-    }
-
-    /// In words.
-    fn in_words(self) -> String {
-        match self {
-            Self::Analytic => "analytic".to_owned(),
-            Self::Tabulated(detail) => {
-                let size = detail.size();
-                let nodes = format!("{} x {} x {}", size.depths(), size.zeniths, size.azimuths);
-                format!("tabulated, {} ({nodes})", detail.name())
-            }
-        }
-    }
+/// How finely the clouds of a sky are looked at where many of them are one texel.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SkyDetail {
+    /// Rays of a texel, at most.
+    pub rays: u32,
+    /// Texels of a map along the ground for each of them.
+    pub texels_per_ray: f64,
+    /// Mip levels of the map beyond that whose texels are as wide as the picture's.
+    pub coarseness: f64,
+    /// Samples of the map for each of its texels that a ray crosses.
+    pub steps: f64,
+    /// Relative error of broken clouds within 10 km against point rays on the exact map, root mean square over a texel of a
+    /// degree (tests/sky_view.rs); a good part of it is the mean over the texel, which is wanted.
+    pub error: f64,
 }
+
+/// How a sky is looked at, from so large a tolerance on. A finer look is slower by a half each, and errs less only near the
+/// horizon, where many clouds are one texel.
+const SKY_DETAIL: [(SkyDetail, f64); 2] = [
+    (SkyDetail { rays: 4, texels_per_ray: 8.0, coarseness: 1.0, steps: 0.5, error: 0.38 }, 0.1),
+    (SkyDetail { rays: 4, texels_per_ray: 8.0, coarseness: 0.5, steps: 1.0, error: 0.17 }, 0.01),
+];
+/// The finest look.
+const FINEST_SKY: SkyDetail = SkyDetail { rays: 8, texels_per_ray: 4.0, coarseness: 0.0, steps: 2.0, error: 0.12 };
 
 /// What a request will use.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -104,6 +96,8 @@ pub struct Plan {
     pub texels_per_height: f64,
     /// Relative change at which the exchange between cloud and ground is taken as settled.
     pub exchange_change: f64,
+    /// Rays and levels of a sky.
+    pub sky: SkyDetail,
 }
 
 /// The error expected of a whole plan: its stages err independently.
@@ -133,19 +127,16 @@ impl Plan {
     /// Plans a request. The tolerance alone decides, so that equal requests are equal on every machine.
     pub fn new(request: &Request) -> Self {
         let tolerance = request.wanted.tolerance().unwrap_or(Request::TOLERANCE);
-        let fits = |(_, error): &&(Detail, f64)| *error <= tolerance;
-        let detail = ERROR_OF_DETAIL.iter().find(fits).map_or(Detail::Finest, |(detail, _)| *detail);
         let slab = match request.wanted.method() {
-            Some(Method::Analytic | Method::Reference(_)) => SlabMethod::Analytic,
-            Some(Method::Tabulated) => SlabMethod::Tabulated(detail),
-            None if tolerance >= ERROR_OF_ANALYTIC => SlabMethod::Analytic,
-            None => SlabMethod::Tabulated(detail),
+            // What is not the sun's light takes no method.
+            Some(Method::Reference(_)) => SlabMethod::Analytic,
+            asked => SlabMethod::within(tolerance, asked),
         };
         Self {
             tolerance,
             slab: request.texture().needs().slab.then_some(slab),
             reference: request.wanted.reference(),
-            transport: request.wanted.transport().unwrap_or(if tolerance >= ONE_MARCH {
+            transport: request.wanted.transport().unwrap_or(if tolerance >= Transport::Tilted.error() {
                 Transport::Tilted
             } else {
                 Transport::Blended
@@ -153,15 +144,13 @@ impl Plan {
             texels_per_length: if tolerance >= COARSE_MAPS { 1.0 } else { 2.0 },
             texels_per_height: if tolerance >= COARSE_GRID { 2.0 } else { 4.0 },
             exchange_change: EXCHANGE_SHARE * tolerance,
+            sky: SKY_DETAIL.iter().find(|(_, least)| tolerance >= *least).map_or(FINEST_SKY, |(detail, _)| *detail),
         }
     }
 
     /// Size of the radiance tables, if any are used.
     pub fn detail(&self) -> Option<Detail> {
-        match self.slab? {
-            SlabMethod::Analytic => None,
-            SlabMethod::Tabulated(detail) => Some(detail),
-        }
+        self.slab?.detail()
     }
 
     /// The plan in words, stage by stage, for a scene.
@@ -169,6 +158,10 @@ impl Plan {
         let mut choices = Vec::new();
         let mut add =
             |stage, choice: String, reason: String, error| choices.push(Choice { stage, choice, reason, error });
+        if scene.layers.is_empty() && request.wanted.sphere().is_some() {
+            add("sky", "the ground and the sky".to_owned(), "there are no clouds".to_owned(), 0.0);
+            return choices;
+        }
         if scene.layers.is_empty() {
             add("shade", "constant".to_owned(), "without clouds every texel is the same".to_owned(), 0.0);
             return choices;
@@ -208,10 +201,9 @@ impl Plan {
             let (choice, error) = match uniform {
                 true => ("one column".to_owned(), 0.0),
                 false => {
-                    let known = ERROR_OF_TRANSPORT.iter().find(|(transport, _)| *transport == self.transport);
                     let maps =
                         format!("{}, {} texels per transport length", self.transport.name(), self.texels_per_length);
-                    (maps, known.map_or(0.0, |(_, error)| *error))
+                    (maps, self.transport.error())
                 }
             };
             let reason = match request.wanted.transport() {
@@ -233,10 +225,20 @@ impl Plan {
             };
             add("exchange", choice, reason.to_owned(), error);
         }
+        if request.wanted.sphere().is_some() {
+            let SkyDetail { rays, steps, error, .. } = self.sky;
+            let choice = format!("up to {rays} rays a texel, {steps} samples per texel of cloud");
+            add(
+                "sky",
+                choice,
+                "many clouds are one texel near the horizon".to_owned(),
+                if uniform { 0.0 } else { error },
+            );
+        }
         if let Some(slab) = self.slab {
             let (choice, error) = match self.reference {
                 Some(_) => ("reference (Monte Carlo)".to_owned(), 0.5 * self.tolerance),
-                None => (slab.in_words(), slab.error()),
+                None => (in_words(slab), slab.error()),
             };
             let reason = match request.wanted.method() {
                 Some(_) => "asked for".to_owned(),

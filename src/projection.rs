@@ -5,12 +5,18 @@
 //! [`crate::reference::projection`] is its twin.
 
 use crate::scene::direction;
+use std::f64::consts::{PI, TAU};
 
-/// How the texels of a view of the clouds are laid out.
+/// Texels across a picture, at most.
+const MAX_ACROSS: u32 = 8192;
+
+/// How the texels of a view are laid out.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Projection {
     /// Texels lie on a horizontal plane over the domain.
     Plane(Plane),
+    /// Texels are directions from an eye.
+    Sphere(Sphere),
 }
 
 /// A view of the tile: each texel is the point where the view ray meets the plane.
@@ -75,11 +81,123 @@ impl Plane {
     }
 }
 
+/// A view of the whole sky, or a part of it, from an eye.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Sphere {
+    /// How directions become texels.
+    pub layout: SphereLayout,
+    /// Place of the eye, metres (east, north, up).
+    pub eye: [f64; 3],
+}
+
+/// How directions become texels.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum SphereLayout {
+    /// Columns are azimuths, rows elevations from straight up to straight down: twice as wide as high. The left edge is
+    /// north, and east lies at a quarter.
+    Equirect,
+    /// A square: the middle is up, the corners are down; to the right is east, to the top north.
+    Octahedral,
+    /// Six squares one below the other: east, west, north, south, up, down, by the Khronos table for x, y, z.
+    Cube,
+    /// A disc: equal angles from the middle, which is up; to the right is east, to the top north.
+    Fisheye {
+        /// Across the disc, degrees: 180 ends at the horizon, 360 is the whole sphere.
+        fov_deg: f64,
+    },
+    /// A picture.
+    Camera {
+        /// Azimuth and elevation of its middle, degrees.
+        look_deg: [f64; 2],
+        /// From its lower edge to its upper one, degrees.
+        fov_deg: f64,
+        /// Width over height.
+        aspect: f64,
+    },
+}
+
+impl SphereLayout {
+    /// Names of the layouts.
+    pub const NAMES: [&'static str; 5] = ["equirect", "octahedral", "cube", "fisheye", "camera"];
+
+    /// Its place among [`Self::NAMES`], by which the shaders know it.
+    pub fn number(&self) -> usize {
+        match self {
+            Self::Equirect => 0,
+            Self::Octahedral => 1,
+            Self::Cube => 2,
+            Self::Fisheye { .. } => 3,
+            Self::Camera { .. } => 4,
+        }
+    }
+
+    /// Its name.
+    pub fn name(&self) -> &'static str {
+        Self::NAMES[self.number()]
+    }
+}
+
+impl Sphere {
+    /// Unit vector (east, north, up) seen at a place of a picture of so many texels, the place counted in texels from the upper
+    /// left corner; `None` where the picture shows nothing.
+    pub fn direction(&self, [x, y]: [f64; 2], [across, down]: [u32; 2]) -> Option<[f64; 3]> {
+        let place = [x / f64::from(across), y / f64::from(down)];
+        let (right, top) = (2.0 * place[0] - 1.0, 1.0 - 2.0 * place[1]);
+        let vector = match self.layout {
+            SphereLayout::Equirect => {
+                let ((east, north), (up, level)) = ((TAU * place[0]).sin_cos(), (0.5 * PI * top).sin_cos());
+                [level * east, level * north, up]
+            }
+            SphereLayout::Octahedral => {
+                let up = 1.0 - right.abs() - top.abs();
+                let folded = |value: f64| value - (-up).max(0.0).copysign(value);
+                [folded(right), folded(top), up]
+            }
+            SphereLayout::Cube => {
+                let face = (6.0 * place[1]).floor().clamp(0.0, 5.0);
+                let down = 2.0 * (6.0 * place[1] - face) - 1.0;
+                match face as u32 {
+                    0 => [1.0, -down, -right],
+                    1 => [-1.0, -down, right],
+                    2 => [right, 1.0, down],
+                    3 => [right, -1.0, -down],
+                    4 => [right, -down, 1.0],
+                    _ => [-right, -down, -1.0],
+                }
+            }
+            SphereLayout::Fisheye { fov_deg } => {
+                let out = right.hypot(top);
+                if out > 1.0 {
+                    return None;
+                }
+                let (level, up) = (0.5 * fov_deg.to_radians() * out).sin_cos();
+                let scale = if out > 0.0 { level / out } else { 0.0 };
+                [right * scale, top * scale, up]
+            }
+            SphereLayout::Camera { look_deg, fov_deg, aspect } => {
+                let [x, y, z] = camera_axes(look_deg);
+                let half = (0.5 * fov_deg).to_radians().tan();
+                std::array::from_fn(|i| z[i] + half * (aspect * right * x[i] + top * y[i]))
+            }
+        };
+        let length = vector.iter().map(|part| part * part).sum::<f64>().sqrt();
+        Some(vector.map(|part| part / length))
+    }
+}
+
+/// Axes of a camera that looks at an azimuth and an elevation: to the right, to the top, and where it looks (east, north, up).
+pub(crate) fn camera_axes([azimuth_deg, elevation_deg]: [f64; 2]) -> [[f64; 3]; 3] {
+    let (east, north) = azimuth_deg.to_radians().sin_cos();
+    let (up, level) = elevation_deg.to_radians().sin_cos();
+    [[north, -east, 0.0], [-up * east, -up * north, level], [level * east, level * north, up]]
+}
+
 impl Projection {
     /// Its name.
     pub fn name(&self) -> &'static str {
         match self {
             Self::Plane(_) => "plane",
+            Self::Sphere(sphere) => sphere.layout.name(),
         }
     }
 
@@ -87,6 +205,14 @@ impl Projection {
     pub fn size(&self, size: u32) -> [u32; 2] {
         match self {
             Self::Plane(_) => [size; 2],
+            Self::Sphere(sphere) => match sphere.layout {
+                SphereLayout::Equirect => [2 * size, size],
+                SphereLayout::Octahedral | SphereLayout::Fisheye { .. } => [size; 2],
+                SphereLayout::Cube => [size, 6 * size],
+                SphereLayout::Camera { aspect, .. } => {
+                    [((f64::from(size) * aspect).round() as u32).clamp(1, MAX_ACROSS), size]
+                }
+            },
         }
     }
 
@@ -94,13 +220,23 @@ impl Projection {
     pub fn is_periodic(&self) -> bool {
         match self {
             Self::Plane(plane) => matches!(plane.viewer, Viewer::Parallel { .. }),
+            Self::Sphere(_) => false,
         }
     }
 
     /// The plane that is seen, and from where.
-    pub fn plane(&self) -> &Plane {
+    pub fn plane(&self) -> Option<&Plane> {
         match self {
-            Self::Plane(plane) => plane,
+            Self::Plane(plane) => Some(plane),
+            Self::Sphere(_) => None,
+        }
+    }
+
+    /// The sphere that is seen.
+    pub fn sphere(&self) -> Option<&Sphere> {
+        match self {
+            Self::Sphere(sphere) => Some(sphere),
+            Self::Plane(_) => None,
         }
     }
 }

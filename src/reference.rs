@@ -8,11 +8,14 @@
 //!
 //! [`monte_carlo`] is no twin but the slow, exact solver that every method is measured against.
 
+pub mod air;
 pub mod base_column;
 pub mod base_light;
 pub mod blur;
 pub mod cloud;
 pub mod cloud_analytic;
+pub mod cloud_plane;
+pub mod cloud_sky;
 pub mod cloud_tabulated;
 pub mod downsample;
 pub mod field_blend;
@@ -21,6 +24,7 @@ pub mod field_cells;
 pub mod field_displace;
 pub mod field_histogram;
 pub mod field_image;
+pub mod field_level;
 pub mod field_octaves;
 pub mod field_remap;
 pub mod field_thickness;
@@ -32,9 +36,13 @@ pub mod map;
 pub mod monte_carlo;
 pub mod noise;
 pub mod path;
+pub mod path_sampled;
 pub mod projection;
 pub mod shadow;
+pub mod sky;
+pub mod sky_ground;
 pub mod slab;
+pub mod sphere;
 pub mod sun;
 pub mod sun_entry;
 pub mod sun_share;

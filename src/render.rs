@@ -8,15 +8,15 @@ mod file;
 mod kept;
 mod keys;
 mod pipeline;
+mod sky;
 mod stages;
 
 pub use crate::job::{Fault, Images, Job, RenderError, Texture, Watch};
 pub use file::encode;
-pub use stages::Stages;
+pub use stages::{SkyStages, Stages};
 
 use crate::gpu::{AdapterSummary, Gpu, GpuError};
-use crate::illumination::Illumination;
-use crate::request::{Cloud, Format, Method, Request, TextureKind, Wanted};
+use crate::request::{Cloud, Format, Method, Request, Sky, TextureKind, Wanted};
 use crate::scene::Scene;
 use crate::tables::TableLibrary;
 use pipeline::{Clock, Keep, Pipeline, Texels, drawn};
@@ -73,14 +73,20 @@ impl Renderer {
         let scene = Scene::from_json(SCENE).map_err(|_refused| RenderError::Defect("the scene to warm up with"))?;
         let scene = Arc::new(scene);
         let library = TableLibrary::new(None);
-        let mut requests: Vec<Request> =
-            TextureKind::ALL.into_iter().map(|kind| Request::new(kind, Format::F32)).collect();
-        if let Wanted::Cloud(cloud) = requests[0].wanted {
-            // The smallest tables will do.
-            let by = |method| Wanted::Cloud(Cloud { method: Some(method), tolerance: 1.0, ..cloud });
-            let clouds =
-                [Method::Analytic, Method::Tabulated].map(|method| Request { wanted: by(method), ..requests[0] });
-            requests.splice(..1, clouds);
+        let requests = TextureKind::ALL.into_iter().map(|kind| Request::new(kind, Format::F32));
+        // Every fast method of slab light; the smallest tables will do.
+        let by = |request: Request, method| {
+            let wanted = match request.wanted {
+                Wanted::Cloud(cloud) => Wanted::Cloud(Cloud { method: Some(method), tolerance: 1.0, ..cloud }),
+                Wanted::Sky(sky) => Wanted::Sky(Sky { method: Some(method), tolerance: 1.0, ..sky }),
+                other => other,
+            };
+            Request { wanted, ..request }
+        };
+        let (shaded, mut requests): (Vec<Request>, Vec<Request>) =
+            requests.partition(|request| request.texture().needs().slab);
+        for request in shaded {
+            requests.extend(Method::fast().map(|method| by(request, method)));
         }
         for request in requests {
             let job = Job::prepare(Arc::clone(&scene), request, &Images::new(), &library, &|_| ())?;
@@ -95,17 +101,16 @@ impl Renderer {
     /// See [`RenderError`]; after [`RenderError::DeviceLost`] the renderer is of no more use.
     pub fn render(&mut self, job: &Job, watch: &Watch) -> Result<Texture, RenderError> {
         let request = job.request();
-        let illumination = Illumination::new(job.scene(), request.time_s);
+        let illumination = *job.illumination();
         let mut clock = Clock::default();
         let [width, height] = request.texels(job.scene());
-        let (texels, plane_m, deepest_m) = if job.scene().layer_count() == 0 {
+        let (texels, plane_m, deepest_m) = if job.scene().layer_count() == 0 && request.wanted.sphere().is_none() {
             let texel = clear::texel(&request.wanted, &illumination);
             let data = texel.repeat(width as usize * height as usize);
             (Texels { data, standard_error: None }, 0.0, 0.0)
         } else {
             let run = self.pipeline.run(job, watch, Keep::Texels, &mut clock)?;
-            let plane = request.wanted.projection().map(|projection| projection.plane());
-            let plane_m = plane.map_or(0.0, |plane| run.moment.plane_m(plane.side));
+            let plane_m = request.wanted.plane().map_or(0.0, |plane| run.moment.plane_m(plane.side));
             let deepest_m = drawn(job).into_iter().map(|number| run.fields[number].depth_m).sum::<f32>();
             (run.texels, plane_m, deepest_m)
         };

@@ -4,16 +4,15 @@
 //! same. What does not change the reply has no field here, so equal replies have equal requests and equal queries.
 //! [`QUERY_PARAMETERS`] is the one table of parameters, from which parsing, help, messages and documents come.
 
-mod method;
 mod parameters;
 mod query;
 mod texture_request;
 mod wanted;
 
 pub use crate::encode::Format;
-pub use crate::projection::{Plane, Projection, Side, Viewer};
-pub use method::{Method, Reference, Transport};
+pub use crate::method::{Method, Reference, Transport};
+pub use crate::projection::{Plane, Projection, Side, Sphere, SphereLayout, Viewer};
 pub use parameters::{QUERY_PARAMETERS, QueryParameter};
 pub use query::RequestError;
 pub use texture_request::Request;
-pub use wanted::{Cloud, Component, GroundLight, Irradiance, Needs, Shadow, TextureKind, Wanted};
+pub use wanted::{Cloud, Component, GroundLight, Irradiance, Needs, Shadow, Sky, TextureKind, Wanted};

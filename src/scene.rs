@@ -4,6 +4,7 @@
 //! ([`Scene::to_json`]) and is named by a hash of that text ([`Scene::id`]). Axes and units: metres, seconds, degrees;
 //! east = +x, north = +y, up = +z; azimuths clockwise from north; zenith angles from straight up.
 
+mod air;
 mod encoding;
 mod fields;
 mod images;
@@ -13,12 +14,14 @@ mod parse;
 pub mod quantity;
 mod read;
 mod spelling;
+mod sun;
 mod write;
 
+pub use air::{AerosolColumn, AirColumn, Atmosphere, Light};
 pub use fields::{Allowed, Field, GROUPS, Group};
 pub use images::ImageFindings;
 pub use model::{
-    Domain, Droplets, FieldError, Ground, GroundAlbedo, ImageName, ImagePurpose, ImageReference, Layer, Light, Pattern,
-    Scene, SceneError, Stratocumulus, Sun, Thickness, Wind,
+    Domain, Droplets, FieldError, Ground, GroundAlbedo, ImageName, ImagePurpose, ImageReference, Layer, Pattern,
+    Resolve, Scene, SceneError, Stratocumulus, Sun, SunStand, Thickness, Wind,
 };
 pub(crate) use model::{direction, list};

@@ -2,6 +2,7 @@
 
 use crate::gpu::layout::Remainder;
 use crate::gpu::{Gpu, HostMap, Target};
+use crate::method::SlabMethod;
 use crate::optics::{Channel, Mix};
 use crate::slab::appendix;
 use crate::slab::closure::{Closure, LowOrders, Totals};
@@ -111,6 +112,28 @@ impl HostSlice {
             depths_per_octave: size.depths_per_octave as f32,
         };
         Self { size, texels: Side::BOTH.map(interleaved), remainder }
+    }
+}
+
+/// What a method of slab light keeps for one droplet mix and one sun.
+#[derive(Debug, Clone, PartialEq)]
+pub enum HostSlab {
+    /// The closure of the orders: see [`closure`].
+    Analytic(HostMap),
+    /// The radiance tables cut at the sun.
+    Tabulated(HostSlice),
+}
+
+impl HostSlab {
+    /// Makes it. `ratio`: extinctions relative to that at 550 nm; `cosine` of the sun's zenith. Radiance tables are made here
+    /// if nobody made them before.
+    pub fn new(method: SlabMethod, tables: &MixTables, ratio: [f64; 3], cosine: f64) -> Self {
+        match method {
+            SlabMethod::Analytic => Self::Analytic(closure(tables, ratio, cosine)),
+            SlabMethod::Tabulated(detail) => {
+                Self::Tabulated(HostSlice::new(&tables.radiance(detail, &|_| ()), ratio, cosine))
+            }
+        }
     }
 }
 

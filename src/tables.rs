@@ -1,11 +1,13 @@
 //! What takes long to make and stays the same for ever, such as the tables of a droplet mix: made once, kept in memory and
 //! in a store, shared by everyone who needs it.
 
+mod air;
 mod error;
 mod file;
 mod library;
 mod mix;
 
+pub use air::{AirMix, AirTables};
 pub use error::TableError;
 pub use library::{Artefact, TableLibrary};
 pub use mix::{Detail, MixTables, Radiance};

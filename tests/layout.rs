@@ -7,10 +7,12 @@
 use naga::valid::{Capabilities, ValidationFlags, Validator};
 use naga::{Expression, Literal, Module, ShaderStage, TypeInner};
 use skyloom::gpu::layout::{
-    self, Blend, Blur, Cells, Eddies, Frame, Histogram, Medium, Octaves, Placement, Remainder, Share, Step, Sun,
-    SunMaps, Transfer, View,
+    self, Backdrop, Blend, Blur, Cells, Eddies, Frame, Histogram, Medium, Octaves, Placement, Remainder, Share,
+    SkyView, Step, Sun, SunMaps, Transfer, View,
 };
 use skyloom::gpu::shaders::{self, Shader};
+use skyloom::projection::SphereLayout;
+use skyloom::reference::{cloud_sky, path_sampled, sky, sphere};
 use skyloom::slab::fluxes;
 use skyloom::slab::phases as tables;
 use skyloom::slab::radiance::{aureole, table};
@@ -59,6 +61,32 @@ fn host_layouts() -> Vec<(&'static str, Layout)> {
         host_layout!(SunMaps { sample_at, texels, columns }),
         host_layout!(Frame { sun, medium, place, maps }),
         host_layout!(View { towards, perspective, eye, plane_m, size, first_row, rows, from_above, part, peak, first }),
+        host_layout!(SkyView {
+            axis_x,
+            kind,
+            axis_y,
+            rows,
+            axis_z,
+            first_row,
+            eye,
+            rising,
+            size,
+            first_turn,
+            turns,
+            half_width,
+            half_height,
+            steps,
+            rays,
+            texels_per_ray,
+            coarseness,
+            edge,
+            horizon,
+            asymmetry,
+            spare_0,
+            spare_1,
+            spare_2,
+        }),
+        host_layout!(Backdrop { sun, horizon, extent_m, asymmetry, spare }),
         host_layout!(Blur { axis, radius, sharpness }),
         host_layout!(Share { entry_scale, entry_weight, reflect_scale, spare }),
         host_layout!(Remainder {
@@ -241,6 +269,29 @@ fn constants_of_the_radiance_slice() {
         ("NEAR_SUN_HALF_SIN_MAX", aureole::HALF_SIN_MAX),
     ];
     assert_constants(&shaders::CLOUD_TABULATED, &expected);
+}
+
+#[test]
+fn constants_of_the_sky() {
+    let sphere = [("EARTH_RADIUS_M", sphere::EARTH_RADIUS_M), ("LEAST_RISE_M", sphere::LEAST_RISE_M)];
+    let kinds: Vec<_> = ["SPHERE_EQUIRECT", "SPHERE_OCTAHEDRAL", "SPHERE_CUBE", "SPHERE_FISHEYE"]
+        .into_iter()
+        .enumerate()
+        .map(|(number, name)| {
+            assert_eq!(format!("SPHERE_{}", SphereLayout::NAMES[number].to_uppercase()), name);
+            (name, number as f64)
+        })
+        .collect();
+    let clouds = [("SKY_OPAQUE", cloud_sky::SKY_OPAQUE), ("PATH_MOST_STEPS", path_sampled::PATH_MOST_STEPS)];
+    for shader in [&shaders::SKY_ANALYTIC, &shaders::SKY_TABULATED] {
+        assert_constants(shader, &[&sphere[..], &kinds, &clouds].concat());
+    }
+    assert_constants(&shaders::SKY, &[("SKY_EDGE_RAYS", f64::from(sky::SKY_EDGE_RAYS))]);
+    // A tile is a workgroup.
+    for shader in [&shaders::SKY_ANALYTIC, &shaders::SKY_TABULATED, &shaders::SKY, &shaders::SKY_ABOVE] {
+        let tile = constant(&parsed(shader), "SKY_TILE");
+        assert_eq!(shader.workgroup.map(f64::from), [tile, tile, 1.0], "{}", shader.label);
+    }
 }
 
 #[test]

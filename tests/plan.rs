@@ -5,11 +5,12 @@ mod common;
 
 use common::sky::Sky;
 use serde_json::{Value, json};
-use skyloom::plan::{ERROR_OF_ANALYTIC, ERROR_OF_DETAIL, ERROR_OF_TRANSPORT, Plan, SlabMethod, expected_error};
+use skyloom::method::{Method, SlabMethod, Transport};
+use skyloom::plan::{Plan, expected_error};
 use skyloom::reference::Map;
 use skyloom::reference::path::path_in_layer;
 use skyloom::render::Watch;
-use skyloom::request::{Method, Request};
+use skyloom::request::Request;
 use skyloom::tables::Detail;
 
 fn request(tolerance: f64) -> Request {
@@ -25,9 +26,9 @@ fn asked(query: &[(&str, &str)]) -> Request {
 fn tolerance_picks_the_cheapest_method_within_it() {
     for (tolerance, method) in [
         (1.0, SlabMethod::Analytic),
-        (ERROR_OF_ANALYTIC, SlabMethod::Analytic),
+        (SlabMethod::Analytic.error(), SlabMethod::Analytic),
         (0.3, SlabMethod::Tabulated(Detail::Coarse)),
-        (ERROR_OF_DETAIL[0].1, SlabMethod::Tabulated(Detail::Coarse)),
+        (SlabMethod::Tabulated(Detail::Coarse).error(), SlabMethod::Tabulated(Detail::Coarse)),
         (0.02, SlabMethod::Tabulated(Detail::Fine)),
         (0.01, SlabMethod::Tabulated(Detail::Fine)),
         (0.003, SlabMethod::Tabulated(Detail::Finest)),
@@ -46,9 +47,8 @@ fn expected_errors_of_the_slab_are_those_of_the_chart() {
         // Root mean squares of reflected light, and of transmitted light beyond 10 degrees from the sun.
         [cells[5], cells[7]].map(|cell| cell.parse::<f64>().unwrap()).into_iter().fold(0.0, f64::max)
     };
-    let expected = ERROR_OF_DETAIL.map(|(detail, error)| (format!("tabulated {}", detail.name()), error));
-    for (method, error) in expected.into_iter().chain([("analytic".to_owned(), ERROR_OF_ANALYTIC)]) {
-        let found = measured(&method);
+    for (method, error) in SlabMethod::ALL.map(|method| (method.name(), method.error())) {
+        let found = measured(method);
         assert!(found <= error && error < 2.5 * found, "{method}: {error} is promised, {found} was measured");
     }
 }
@@ -56,7 +56,7 @@ fn expected_errors_of_the_slab_are_those_of_the_chart() {
 #[test]
 fn expected_errors_of_light_are_those_of_the_chart() {
     let chart = include_str!("../docs/charts/light.csv");
-    for (transport, promised) in ERROR_OF_TRANSPORT {
+    for (transport, promised) in Transport::ALL.map(|(_, transport)| (transport, transport.error())) {
         let rows = chart.lines().map(|line| line.split(',').collect::<Vec<_>>());
         let of_it = rows.filter(|row| row[1] == "base" && row[2] == transport.name() && ["60", "80"].contains(&row[3]));
         let errors: Vec<f64> =
@@ -76,7 +76,8 @@ fn a_method_that_is_asked_for_is_used() {
     for (name, method) in Method::ALL {
         let plan = Plan::new(&asked(&[("method", name)]));
         assert_eq!(plan.reference, method.reference());
-        assert_eq!(plan.detail().is_some(), method == Method::Tabulated);
+        let used = plan.slab.unwrap().asked_as();
+        assert!(used == method || method.reference().is_some(), "{name}: {used:?}");
     }
 }
 

@@ -29,7 +29,7 @@ fn scene(layers: usize) -> Scene {
 
 #[test]
 fn defaults_are_an_empty_query() {
-    for file in ["cloud.exr", "shadow.png", "irradiance.f32", "thickness.exr"] {
+    for file in ["cloud.exr", "shadow.png", "irradiance.f32", "thickness.exr", "sky.exr"] {
         let request = parse(file, &[]).unwrap();
         assert_eq!(text(&request), format!("{file}?"));
         // Spelled out they mean the same; what is no default has words for it.
@@ -59,6 +59,17 @@ fn equal_replies_have_one_query() {
         ("shadow.png", &[&[], &[("tonemap", "none")], &[("tonemap", "filmic")], &[("layer", "0")]]),
         ("irradiance.f32", &[&[], &[("peak", "false")], &[("method", "analytic")], &[("alpha", "straight")]]),
         ("irradiance.exr", &[&[("method", "reference")], &[("method", "reference"), ("transport", "tilted")]]),
+        ("sky.exr", &[&[], &[("eye", "0,0,2")], &[("projection", "equirect")], &[("look", "9,9")], &[("fov", "50")]]),
+        ("sky.f32", &[&[("projection", "cube")], &[("projection", "cube"), ("aspect", "2"), ("view", "above")]]),
+        ("sky.f32", &[&[("projection", "fisheye")], &[("projection", "fisheye"), ("fov", "180"), ("look", "1,2")]]),
+        (
+            "sky.png",
+            &[
+                &[("projection", "camera")],
+                &[("projection", "camera"), ("fov", "60"), ("aspect", "1")],
+                &[("projection", "camera"), ("look", "360,0")],
+            ],
+        ),
         ("thickness.exr", &[&[], &[("tolerance", "0.5")], &[("method", "reference"), ("seed", "3")]]),
     ];
     for (file, spellings) in same {
@@ -75,6 +86,17 @@ fn different_replies_have_different_queries() {
         ("cloud.f32", &[&[("method", "reference")], &[("method", "reference"), ("seed", "2")]]),
         ("irradiance.f32", &[&[("component", "direct")], &[("component", "direct"), ("peak", "false")]]),
         ("shadow.f32", &[&[], &[("peak", "false")], &[("time", "1")], &[("size", "3")], &[("tolerance", "0.1")]]),
+        ("sky.f32", &[&[], &[("eye", "0,0,3")], &[("projection", "octahedral")], &[("projection", "camera")]]),
+        (
+            "sky.f32",
+            &[
+                &[("projection", "camera")],
+                &[("projection", "camera"), ("look", "0,1")],
+                &[("projection", "camera"), ("fov", "61")],
+                &[("projection", "camera"), ("aspect", "2")],
+                &[("projection", "fisheye"), ("fov", "61")],
+            ],
+        ),
         ("irradiance.png", &[&[], &[("exposure", "1")], &[("tonemap", "none")], &[("encoding", "linear")]]),
     ];
     for (file, queries) in different {
@@ -124,6 +146,35 @@ fn numbers_are_numbers() {
     }
 }
 
+/// What a sky's parameters cannot be is said by name: at once, or where the scene is known.
+#[test]
+fn errors_of_a_view_of_the_sky_name_the_field() {
+    for (query, wrong) in [
+        (&[("projection", "mercator")][..], "projection"),
+        (&[("look", "0")], "look"),
+        (&[("look", "0,91")], "look"),
+        (&[("look", "361,0")], "look"),
+        (&[("fov", "0")], "fov"),
+        (&[("fov", "361"), ("projection", "fisheye")], "fov"),
+        (&[("fov", "171"), ("projection", "camera")], "fov"),
+        (&[("aspect", "0.09")], "aspect"),
+        (&[("aspect", "NaN")], "aspect"),
+        (&[("eye", "0,0")], "eye"),
+        (&[("eye", "0,0,-1")], "eye"),
+        (&[("eye", "0,0,100001")], "eye"),
+        (&[("eye", "0,0,2"), ("direction", "10,10")], "eye"),
+        (&[("method", "reference")], "method"),
+    ] {
+        let errors = match parse("sky.exr", query) {
+            Err(RequestError::Invalid(errors)) => errors,
+            Err(other) => panic!("{query:?}: {other:?}"),
+            Ok(request) => request.of(&scene(1)).unwrap_err(),
+        };
+        let named: Vec<_> = errors.iter().map(|error| error.pointer.as_str()).collect();
+        assert_eq!(named, [wrong], "{query:?}");
+    }
+}
+
 /// The table in the documents is the one that queries are read by.
 #[test]
 fn the_documents_have_the_table() {
@@ -157,10 +208,15 @@ fn parameter() -> impl Strategy<Value = (String, String)> {
         Just("none"),
         Just("16"),
         Just("32"),
+        Just("octahedral"),
+        Just("cube"),
+        Just("fisheye"),
+        Just("camera"),
     ];
     let value = prop_oneof![
         number.clone().prop_map(|number| number.to_string()),
         (0.0..89.9f64, number.clone()).prop_map(|(a, b)| format!("{a},{b}")),
+        (-400.0..400.0f64, -90.0..90.0f64).prop_map(|(a, b)| format!("{a},{b}")),
         [number.clone(), number.clone(), number].prop_map(|[a, b, c]| format!("{a},{b},{c}")),
         word.prop_map(str::to_owned),
         (0..5000u32).prop_map(|number| number.to_string()),
@@ -172,7 +228,7 @@ proptest! {
     /// Whatever is accepted can be written as a query, and that query means the same.
     #[test]
     fn a_query_is_the_inverse_of_its_reading(
-        kind in 0..4usize,
+        kind in 0..TextureKind::ALL.len(),
         format in prop_oneof![Just("exr"), Just("png"), Just("f32")],
         query in proptest::collection::vec(parameter(), 0..24),
     ) {

@@ -14,19 +14,22 @@
 mod compare;
 #[path = "common/twin_sky.rs"]
 mod sky;
+#[path = "common/twin.rs"]
+mod twin;
 
-use compare::{Tolerance, assert_close, assert_within};
+use compare::Tolerance;
 use serde_json::json;
 use sky::{Sky, pattern, water, waves};
-use skyloom::gpu::HostMap;
 use skyloom::gpu::layout::Frame;
-use skyloom::reference::cloud::ViewRay;
+use skyloom::method::{Method, Transport};
 use skyloom::reference::{self, Map};
-use skyloom::render::{Renderer, RendererOptions, Stages, Watch};
-use std::sync::{LazyLock, Mutex, MutexGuard, PoisonError};
+use skyloom::render::{Renderer, Stages, Watch};
+use skyloom::slice::HostSlab;
+use twin::{
+    BEAM_REL, CANCEL, DIRECTION, ROUND, SLICE_REL, TABLE_REL, allowed, assert_size, check, check_each, check_map,
+    is_software, largest, lifted, map, maps, open, place_error, unfiltered, values,
+};
 
-/// Half a unit in the last place of single precision, relative.
-const ROUND: f64 = 1.0 / 16_777_216.0;
 /// Sum of four values and a product with a power of 2: three roundings.
 const DOWNSAMPLE: Tolerance = Tolerance::new(0.0, 3.0 * ROUND);
 /// Cells: an angle up to 2 pi (2.4e-7) and its sine (1.2e-7) make 1e-6 in a gradient noise; the bend is that times 0.22 *
@@ -43,91 +46,11 @@ const BLEND: f64 = 32.0 * ROUND * 6.0;
 const WATER_EXP: f64 = 2e-6;
 /// Products and roots from water path to the square of thickness, relative.
 const WATER_REL: f64 = 16.0 * ROUND;
-/// exp(-x): the driver's 1.1e-6, and eight roundings in an x of up to 20, below which nothing is seen, relative.
-const BEAM_REL: f64 = 1e-5;
-/// A table's row: log2 of up to 16 with the driver's 8e-7, at eight rows an octave, moves by 1e-4 rows, of which each
-/// changes a value by at most 9 %, relative. The columns are far smoother.
-const TABLE_REL: f64 = 1e-5;
-/// A slice's zenith and azimuth: the driver's arc tangents, 2e-5 of up to half a turn, are up to 6e-4 of a node, of which
-/// each changes the light by at most 10 %, relative. The same for all texels of a parallel view.
-const SLICE_REL: f64 = 6e-5;
-/// What is left of a difference of numbers near 1, such as 1 - exp(-x) of a thin cloud.
-const CANCEL: f64 = 4.0 * ROUND;
-/// Rounding of the scattering angle's half sine: components of two unit vectors and their length.
-const DIRECTION: f32 = 2.4e-7;
 /// Software devices filter with full weights as we do; of the largest value of a texture. See [`place_error`]: 1e-5 of a
 /// step, times the few texels that a path adds up.
 const SOFTWARE_FILTER: f64 = 3e-4;
 /// 1/512 of the largest step on each axis, which can be as large as the largest value; a path adds up a few.
 const HARDWARE_FILTER: f64 = 2e-2;
-
-fn open(filtering: bool) -> Renderer {
-    Renderer::new(&RendererOptions { filtering, ..RendererOptions::default() }).unwrap()
-}
-
-fn is_software(renderer: &Renderer) -> bool {
-    renderer.adapter().kind == "software"
-}
-
-fn lock(renderer: &'static Mutex<Renderer>) -> MutexGuard<'static, Renderer> {
-    // A failed test leaves a whole renderer behind.
-    renderer.lock().unwrap_or_else(PoisonError::into_inner)
-}
-
-/// The device of this test run: there must be one. A software one filters, with full weights.
-fn device() -> MutexGuard<'static, Renderer> {
-    static DEVICE: LazyLock<Mutex<Renderer>> = LazyLock::new(|| {
-        let renderer = open(true);
-        Mutex::new(if is_software(&renderer) { renderer } else { open(false) })
-    });
-    lock(&DEVICE)
-}
-
-impl Sky {
-    fn stages(&self, texture: &str, query: &[(&str, &str)]) -> Stages {
-        device().inspect(&self.job(texture, query), &Watch::default()).unwrap()
-    }
-}
-
-/// The device without filtering.
-fn unfiltered() -> MutexGuard<'static, Renderer> {
-    static DEVICE: LazyLock<Mutex<Renderer>> = LazyLock::new(|| Mutex::new(open(false)));
-    lock(&DEVICE)
-}
-
-fn map(host: &HostMap) -> Map {
-    Map::from_f32(host.width as usize, host.height as usize, host.channels as usize, &host.data)
-}
-
-fn maps(levels: &[HostMap]) -> Vec<Map> {
-    levels.iter().map(map).collect()
-}
-
-/// A twin's map with as many channels as the device's.
-fn values(twin: &Map, like: &HostMap) -> Vec<f64> {
-    twin.texels.iter().flat_map(|texel| &texel[..like.channels as usize]).copied().collect()
-}
-
-/// Largest difference of neighbouring texels of a periodic map.
-fn largest_step(map: &Map) -> f64 {
-    let mut most = 0.0_f64;
-    for y in 0..map.height {
-        for x in 0..map.width {
-            let here = map.texel(x, y);
-            for other in [map.texel((x + 1) % map.width, y), map.texel(x, (y + 1) % map.height)] {
-                most = here.iter().zip(other).map(|(here, other)| (here - other).abs()).fold(most, f64::max);
-            }
-        }
-    }
-    most
-}
-
-/// By how much a periodic map's bilinear sample can be wrong, in the map's unit: the place is the sum of up to three
-/// numbers below `reach_uv` (at least 1), which is rounded four times; both axes.
-fn place_error(map: &Map, reach_uv: f64) -> f64 {
-    let texels = 4.0 * ROUND * reach_uv.max(1.0) * map.width.max(map.height) as f64;
-    2.0 * texels * largest_step(map)
-}
 
 /// Distance over which a ray crosses the layer, in domains.
 fn reach_uv(frame: &Frame, cosine: f64) -> f64 {
@@ -141,35 +64,6 @@ fn raised(frame: &Frame, map: &Map, cosine: f64) -> Map {
 
 fn misread_m(frame: &Frame, map: &Map, cosine: f64) -> f64 {
     place_error(map, reach_uv(frame, cosine)) + 4.0 * ROUND * f64::from(frame.place.depth_m)
-}
-
-fn lifted(map: &Map, by_m: f64) -> Map {
-    Map::from_fn(map.width, map.height, |x, y| [(map.texel(x, y)[0] + by_m).max(0.0), 0.0, 0.0, 0.0])
-}
-
-/// Tolerance of each value of a twin: a steady part, and what another run of the twin does to the value.
-fn allowed(twin: &[f64], other: &[f64], tolerance: Tolerance) -> Vec<f64> {
-    let steady = tolerance.of(twin);
-    twin.iter().zip(other).zip(steady).map(|((twin, other), steady)| steady + (twin - other).abs()).collect()
-}
-
-fn check(name: &str, gpu: &[f32], twin: &[f64], tolerance: Tolerance) {
-    let used = assert_close(name, gpu, twin, tolerance);
-    eprintln!("{name}: {used:.3} of the tolerance");
-}
-
-fn check_each(name: &str, gpu: &[f32], twin: &[f64], allowed: &[f64]) {
-    let used = assert_within(name, gpu, twin, allowed);
-    eprintln!("{name}: {used:.3} of the tolerance");
-}
-
-fn assert_size(name: &str, gpu: &HostMap, twin: &Map) {
-    assert_eq!((gpu.width as usize, gpu.height as usize), (twin.width, twin.height), "{name}");
-}
-
-fn check_map(name: &str, gpu: &HostMap, twin: &Map, tolerance: Tolerance) {
-    assert_size(name, gpu, twin);
-    check(name, &gpu.data, &values(twin, gpu), tolerance);
 }
 
 fn check_field(stages: &Stages) {
@@ -404,32 +298,23 @@ fn check_irradiance(stages: &Stages) {
 
 fn check_cloud(stages: &Stages) {
     let (frame, tables) = (&stages.frame, &stages.tables);
-    let [transmittance, reflectance, phase, aureole, near_sun] =
-        [&tables.transmittance, &tables.reflectance, &tables.phase, &tables.aureole, &tables.near_sun].map(map);
-    let (thickness, closure) = (map(&stages.thickness), map(&stages.closure));
+    let slab = stages.slab.as_ref().unwrap();
+    let [thickness, transmittance, reflectance] =
+        [&stages.thickness, &tables.transmittance, &tables.reflectance].map(map);
     let side = stages.light.from_below.len().isqrt();
     let light_map = |light: &[[f32; 3]]| Map::from_f32(side, side, 3, light.as_flattened());
     let (from_below, from_above) = (light_map(&stages.light.from_below), light_map(&stages.light.from_above));
     let sun_share = map(&stages.shares[stages.view.from_above as usize]);
     let twin = |frame: &Frame, thickness: &Map| {
         let maps = reference::cloud::Maps {
-            thickness,
             transmittance: &transmittance,
             reflectance: &reflectance,
             from_below: &from_below,
             from_above: &from_above,
             sun_share: &sun_share,
         };
-        let method = reference::cloud_analytic::Maps { closure: &closure, phase: &phase, aureole: &aureole };
-        let analytic = |ray: &ViewRay, _| reference::cloud_analytic::sunlight(frame, &method, ray);
-        match &stages.slice {
-            None => reference::cloud::main(frame, &stages.view, &maps, analytic),
-            Some(slice) => {
-                let method = reference::cloud_tabulated::Maps { phase: &phase, near_sun: &near_sun, slice };
-                let tabulated = |ray: &ViewRay, _| reference::cloud_tabulated::sunlight(frame, &method, ray);
-                reference::cloud::main(frame, &stages.view, &maps, tabulated)
-            }
-        }
+        let sunlight = reference::cloud::sunlight(frame, tables, slab);
+        reference::cloud_plane::main(frame, &stages.view, thickness, &maps, sunlight)
     };
     let cloud = twin(frame, &thickness);
     let view = &stages.view;
@@ -445,9 +330,11 @@ fn check_cloud(stages: &Stages) {
     let reach = reach_uv(frame, cosine);
     let places = place_error(&from_below, reach) + place_error(&from_above, reach);
     let shares = place_error(&sun_share, reach) / largest(&sun_share).max(1e-30);
-    let tolerance = Tolerance::new(CANCEL * light.max(1.0) + places, {
-        shares + if stages.slice.is_some() { SLICE_REL } else { TABLE_REL }
-    });
+    let of_method = match slab {
+        HostSlab::Analytic(_) => TABLE_REL,
+        HostSlab::Tabulated(_) => SLICE_REL,
+    };
+    let tolerance = Tolerance::new(CANCEL * light.max(1.0) + places, shares + of_method);
     let mut bounds = allowed(&cloud, &higher, tolerance);
     for other in [lower, turned] {
         bounds.iter_mut().zip(cloud.iter().zip(&other)).for_each(|(bound, (a, b))| *bound += (a - b).abs());
@@ -463,17 +350,13 @@ fn check_alpha(stages: &Stages) {
     let (frame, view, thickness) = (&stages.frame, &stages.view, map(&stages.thickness));
     let alpha = |thickness: &Map| {
         reference::frame::image(view, |place| {
-            let path_m = reference::cloud::view_ray(frame, view, thickness, place).path_m;
+            let path_m = reference::cloud_plane::view_ray(frame, view, thickness, place).path_m;
             [-(-f64::from(frame.medium.extinction_550) * path_m).exp_m1()]
         })
     };
     let (twin, other) = (alpha(&thickness), alpha(&raised(frame, &thickness, view.towards[2].abs().into())));
     let device: Vec<f32> = stages.output.iter().skip(3).step_by(4).copied().collect();
     check_each("alpha", &device, &twin, &allowed(&twin, &other, Tolerance::new(CANCEL, BEAM_REL)));
-}
-
-fn largest(map: &Map) -> f64 {
-    map.texels.iter().flatten().copied().fold(0.0, f64::max)
 }
 
 const SUNS: [f64; 5] = [0.0, 50.0, 85.0, 89.9, 95.0];
@@ -517,7 +400,7 @@ fn light_between_cloud_and_ground() {
     // A high base has a grid of the exchange that is coarser than the maps.
     let high = Sky { base_m: 5000.0, ..Sky::at(60.0) };
     assert_eq!(check_means(&high.stages("irradiance", &[])), 2);
-    for transport in ["columns", "tilted", "entry"] {
+    for (transport, _) in Transport::ALL {
         eprintln!("{transport}");
         check_sunlight(&Sky::at(60.0).stages("irradiance", &[("transport", transport)]));
     }
@@ -607,7 +490,7 @@ const VIEWS: [&[(&str, &str)]; 8] = [
 fn clouds_of_every_view_and_sun() {
     for sky in SUNS.into_iter().flat_map(skies) {
         for view in VIEWS {
-            for method in ["analytic", "tabulated"] {
+            for method in Method::fast().map(Method::name) {
                 eprintln!("sun at {}, {view:?}, {method}", sky.zenith_deg);
                 check_cloud(&sky.stages("cloud", &[view, &[("method", method)]].concat()));
             }
@@ -622,7 +505,7 @@ fn rainy() -> Sky {
 #[test]
 fn water_droplets() {
     for view in VIEWS {
-        for method in ["analytic", "tabulated"] {
+        for method in Method::fast().map(Method::name) {
             eprintln!("{view:?}, {method}");
             check_cloud(&rainy().stages("cloud", &[view, &[("method", method)]].concat()));
         }

@@ -6,7 +6,7 @@ use std::time::Duration;
 use axum::body::Body;
 use axum::http::{HeaderMap, header};
 use flate2::bufread::MultiGzDecoder;
-use flate2::{Decompress, FlushDecompress, Status};
+use flate2::{Decompress, DecompressError, FlushDecompress, Status};
 use http_body_util::BodyExt as _;
 
 use crate::app::blocking;
@@ -112,7 +112,7 @@ impl Coding {
             Self::Gzip => {
                 let mut decoded = Vec::new();
                 let read = MultiGzDecoder::new(bytes).take(limit as u64 + 1).read_to_end(&mut decoded);
-                read.map(|_bytes| decoded).map_err(|error| format!("the body is not whole gzip data: {error}"))
+                read.map(|_bytes| decoded).map_err(Broken::Gzip)
             }
             Self::Deflate => inflated(bytes, limit),
         };
@@ -120,29 +120,41 @@ impl Coding {
             Ok(decoded) if decoded.len() > limit => {
                 Err(ApiError::TooLarge(format!("the body is larger than {limit} bytes once it is decompressed")))
             }
-            decoded => decoded.map_err(ApiError::Unreadable),
+            decoded => decoded.map_err(|why| ApiError::Unreadable(why.to_string())),
         }
     }
 }
 
+/// Why compressed data cannot be read.
+#[derive(Debug, thiserror::Error)]
+enum Broken {
+    #[error("the body is not whole gzip data: {0}")]
+    Gzip(std::io::Error),
+    #[error("the body is not whole zlib data (deflate, RFC 1950): {0}")]
+    Zlib(#[from] DecompressError),
+    #[error("the body is not whole zlib data (deflate, RFC 1950): {0} bytes follow its end")]
+    Followed(usize),
+    #[error("the body is not whole zlib data (deflate, RFC 1950): it breaks off")]
+    CutOff,
+}
+
 /// Data of zlib, all of it or a little more than `limit` bytes. The readers of `flate2` take an end that is cut off for the
 /// end.
-fn inflated(bytes: &[u8], limit: usize) -> Result<Vec<u8>, String> {
+fn inflated(bytes: &[u8], limit: usize) -> Result<Vec<u8>, Broken> {
     const STEP: usize = 64 << 10;
-    let broken = |why: &dyn std::fmt::Display| format!("the body is not whole zlib data (deflate, RFC 1950): {why}");
     let mut state = Decompress::new(true);
     let mut decoded = Vec::new();
     let mut rest = bytes;
     while decoded.len() <= limit {
         decoded.reserve(STEP);
         let (consumed, written) = (state.total_in(), decoded.len());
-        let status = state.decompress_vec(rest, &mut decoded, FlushDecompress::None).map_err(|error| broken(&error))?;
+        let status = state.decompress_vec(rest, &mut decoded, FlushDecompress::None)?;
         rest = rest.get((state.total_in() - consumed) as usize..).unwrap_or_default();
         match status {
             Status::StreamEnd if rest.is_empty() => break,
-            Status::StreamEnd => return Err(broken(&format_args!("{} bytes follow its end", rest.len()))),
+            Status::StreamEnd => return Err(Broken::Followed(rest.len())),
             Status::Ok | Status::BufError if rest.is_empty() && decoded.len() == written => {
-                return Err(broken(&"it breaks off"));
+                return Err(Broken::CutOff);
             }
             Status::Ok | Status::BufError => {}
         }

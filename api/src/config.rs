@@ -61,32 +61,47 @@ impl Listen {
     }
 }
 
-impl FromStr for Listen {
-    type Err = String;
+/// Why a text says no place to listen at.
+#[derive(Debug, thiserror::Error)]
+pub enum ListenError {
+    /// No port, or no host before it.
+    #[error("{0:?} names no port; {EXPECTED}")]
+    NoPort(String),
+    /// Neither an address nor a name that is known.
+    #[error("{0:?} is no address: {1}; {EXPECTED}")]
+    NoAddress(String, std::io::Error),
+    /// A name that is known without an address.
+    #[error("{0:?} stands for no address; {EXPECTED}")]
+    Nothing(String),
+}
 
-    fn from_str(text: &str) -> Result<Self, String> {
-        const EXPECTED: &str =
-            "ADDRESS:PORT or HOST:PORT is expected, such as 127.0.0.1:8080, [::1]:8080 or localhost:8080";
+/// What a place to listen at looks like.
+const EXPECTED: &str = "ADDRESS:PORT or HOST:PORT is expected, such as 127.0.0.1:8080, [::1]:8080 or localhost:8080";
+
+impl FromStr for Listen {
+    type Err = ListenError;
+
+    fn from_str(text: &str) -> Result<Self, ListenError> {
         let has_port =
             text.rsplit_once(':').is_some_and(|(host, port)| !host.is_empty() && port.parse::<u16>().is_ok());
         if !has_port {
-            return Err(format!("{text:?} names no port; {EXPECTED}"));
+            return Err(ListenError::NoPort(text.to_owned()));
         }
-        let found = text.to_socket_addrs().map_err(|error| format!("{text:?} is no address: {error}; {EXPECTED}"))?;
+        let found = text.to_socket_addrs().map_err(|error| ListenError::NoAddress(text.to_owned(), error))?;
         let mut addresses: Vec<_> = found.collect();
         // Of a name that stands for both kinds, the one that older clients reach too.
         addresses.sort_by_key(SocketAddr::is_ipv6);
         if addresses.is_empty() {
-            return Err(format!("{text:?} stands for no address; {EXPECTED}"));
+            return Err(ListenError::Nothing(text.to_owned()));
         }
         Ok(Self { text: text.to_owned(), addresses })
     }
 }
 
 impl TryFrom<String> for Listen {
-    type Error = String;
+    type Error = ListenError;
 
-    fn try_from(text: String) -> Result<Self, String> {
+    fn try_from(text: String) -> Result<Self, ListenError> {
         text.parse()
     }
 }

@@ -1,6 +1,7 @@
 //! HTTP service and command line of skyloom: registers skies and images, renders their textures on one thread that owns
 //! the graphics device, and answers with replies that may be cached for ever.
 
+pub mod ambient;
 pub mod app;
 pub mod body;
 pub mod cli;
@@ -17,6 +18,7 @@ pub mod serve;
 pub mod shelf;
 pub mod single_flight;
 pub mod skies;
+pub mod sun;
 pub mod textures;
 pub mod version;
 pub mod viewer;

@@ -103,7 +103,8 @@ kinds! {
     STREAMS = "too-many-streams", SERVICE_UNAVAILABLE, "Too many streams",
         "As many streams of frames are open as limits.streams allows. Retry after the time in Retry-After, or ask for the textures by time.";
     DEADLINE = "deadline", GATEWAY_TIMEOUT, "The render took too long",
-        "The picture was not finished within queue.timeout_s. Ask for a smaller `size`, or retry when the server is less busy.";
+        "The picture was not finished within queue.timeout_s. Ask for a smaller `size`, retry when the server is less busy, raise \
+         the limit, or use `skyloom render`, which has none.";
     STORE_FULL = "store-full", INSUFFICIENT_STORAGE, "The store is full",
         "Delete skies that are no longer needed, or raise limits.skies or limits.image_store_bytes.";
     OTHER = "other", BAD_REQUEST, "The request was refused", "The status says why.";

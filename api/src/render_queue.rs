@@ -10,6 +10,7 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
+use skyloom::gpu::GpuError;
 use skyloom::render::{Job, RenderError, Watch};
 use tokio::sync::{mpsc, oneshot, watch};
 
@@ -201,6 +202,15 @@ enum Leave {
     Lost(Option<Order>),
 }
 
+/// Why there is no renderer.
+#[derive(Debug, thiserror::Error)]
+enum NoRenderer {
+    #[error(transparent)]
+    Device(#[from] GpuError),
+    #[error("the renderer failed while it was being prepared; the log has the cause")]
+    Panicked,
+}
+
 impl Worker {
     fn run(mut self) {
         let mut pause = RETRY.0;
@@ -219,7 +229,8 @@ impl Worker {
                     }
                     self.tell.send_replace(State::Starting);
                 }
-                Err(reason) => {
+                Err(error) => {
+                    let reason = error.to_string();
                     let failed = State::Failed(reason.clone());
                     if *self.tell.borrow() != failed {
                         tracing::error!(reason, "cannot render");
@@ -237,10 +248,10 @@ impl Worker {
         }
     }
 
-    fn make(&mut self) -> Result<Box<dyn Render>, String> {
+    fn make(&mut self) -> Result<Box<dyn Render>, NoRenderer> {
         match catch_unwind(AssertUnwindSafe(|| (self.factory)())) {
-            Ok(made) => made.map_err(|error| error.to_string()),
-            Err(_panic) => Err("the renderer failed while it was being prepared; the log has the cause".to_owned()),
+            Ok(made) => Ok(made?),
+            Err(_panic) => Err(NoRenderer::Panicked),
         }
     }
 

@@ -22,7 +22,7 @@ use crate::images::MEDIA_TYPES;
 use crate::problem::{self, ApiError, KINDS, field_problems};
 use crate::render_queue::State as RenderState;
 
-use crate::{body, frames, presets, textures, version, viewer};
+use crate::{ambient, body, frames, presets, sun, textures, version, viewer};
 
 const REQUEST_ID: HeaderName = HeaderName::from_static("x-request-id");
 
@@ -32,6 +32,8 @@ pub fn router(app: Arc<App>) -> Router {
         .route("/v1/skies", post(register_sky))
         .route("/v1/skies/{id}", get(show_sky).delete(remove_sky))
         .route("/v1/skies/{id}/plan", get(textures::plan))
+        .route("/v1/skies/{id}/sun.json", get(sun::get))
+        .route("/v1/skies/{id}/ambient.json", get(ambient::get))
         .route("/v1/skies/{id}/frames", get(frames::get))
         .route("/v1/skies/{id}/{file}", get(textures::get))
         .route("/v1/images", post(store_image))
@@ -129,7 +131,8 @@ async fn remove_sky(State(app): State<Arc<App>>, Path(id): Path<String>) -> Resu
 /// Id, normalised scene, links to its textures in the present version, and notes.
 fn describe(id: &str, scene: &Scene, notes: Vec<FieldError>) -> Value {
     let own = format!("/v1/skies/{id}");
-    let mut links = json!({ "self": own, "plan": format!("{own}/plan"), "frames": format!("{own}/frames") });
+    let mut links = json!({ "self": own, "plan": format!("{own}/plan"), "frames": format!("{own}/frames"),
+        "sun": format!("{own}/sun.json"), "ambient": format!("{own}/ambient.json") });
     for name in TextureKind::ALL.map(TextureKind::name) {
         links[name] = json!(version::link(&format!("{own}/{name}.exr")));
     }

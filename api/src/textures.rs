@@ -16,6 +16,7 @@ use axum::response::{IntoResponse, Response};
 use futures_util::stream;
 use serde::Serialize;
 use sha2::{Digest as _, Sha256};
+use skyloom::job::air_mix;
 use skyloom::plan::{Choice, Plan, expected_error, meets_tolerance};
 use skyloom::render::{Images, Job};
 use skyloom::request::{Request, RequestError};
@@ -52,12 +53,7 @@ pub async fn get(
     let (caching, request) = read(texture, format, query)?;
     let request = fitted(&scene, &request, app.config.limits.max_side).map_err(ApiError::InvalidQuery)?;
 
-    // Without an adapter there is no tag; one that is just being prepared is worth waiting for.
-    if app.queue.adapter().is_none() {
-        app.queue.started(Instant::now() + app.config.queue.timeout()).await?;
-    }
-    let adapter = app.queue.adapter().ok_or_else(|| ApiError::NotReady("the renderer is not prepared".to_owned()))?;
-    let tag = entity_tag(&id, &request, &adapter);
+    let tag = tag(&app, &id, &request).await?;
     if not_modified(&headers, &tag) {
         let headers = [(header::ETAG, tag_value(&tag)?), (header::CACHE_CONTROL, caching.header())];
         return Ok((StatusCode::NOT_MODIFIED, headers).into_response());
@@ -72,8 +68,27 @@ pub async fn get(
             None => images(&app, &scene).await.and_then(|_| head.alone()),
         };
     }
-    let make = |cancelled| make(Arc::clone(&app), Arc::clone(&scene), request, cancelled);
-    head.with(&app.replies.get_or_make(&tag, make).await?)
+    head.with(&kept(&app, &scene, request, &tag).await?)
+}
+
+/// The entity tag of a texture. Without an adapter there is none; one that is just being prepared is worth waiting for.
+async fn tag(app: &Arc<App>, id: &str, request: &Request) -> Result<String, ApiError> {
+    if app.queue.adapter().is_none() {
+        app.queue.started(Instant::now() + app.config.queue.timeout()).await?;
+    }
+    let adapter = app.queue.adapter().ok_or_else(|| ApiError::NotReady("the renderer is not prepared".to_owned()))?;
+    Ok(entity_tag(id, request, &adapter))
+}
+
+async fn kept(app: &Arc<App>, scene: &Arc<Scene>, request: Request, tag: &str) -> Result<Given, ApiError> {
+    let make = |cancelled| make(Arc::clone(app), Arc::clone(scene), request, cancelled);
+    app.replies.get_or_make(tag, make).await
+}
+
+/// A texture as its bytes, from memory or made.
+pub async fn given(app: &Arc<App>, id: &str, scene: &Arc<Scene>, request: Request) -> Result<Given, ApiError> {
+    let tag = tag(app, id, &request).await?;
+    kept(app, scene, request, &tag).await
 }
 
 /// Reads an address.
@@ -186,7 +201,7 @@ async fn make(
 ) -> Result<Reply, Stopped> {
     // Before the tables, which would be made in vain.
     let images = images(&app, &scene).await?;
-    tables(&app, &scene, &request, &cancelled).await?;
+    tables(&app, &scene, &images, &request, &cancelled).await?;
     let media_type = request.format().media_type();
     let library = Arc::clone(&app.library);
     // Its tables are in memory by now.
@@ -213,8 +228,22 @@ async fn make(
 }
 
 /// Makes the tables of a scene, unless they are there.
-async fn tables(app: &Arc<App>, scene: &Scene, request: &Request, cancelled: &AtomicBool) -> Result<(), Stopped> {
-    let detail = Plan::new(request).detail();
+pub async fn tables(
+    app: &Arc<App>,
+    scene: &Scene,
+    images: &Images,
+    request: &Request,
+    cancelled: &AtomicBool,
+) -> Result<(), Stopped> {
+    let plan = Plan::new(request);
+    let detail = plan.detail();
+    let air = air_mix(scene, images, &plan).map_err(|missing| ApiError::Internal(missing.to_string()))?;
+    if let Some(mix) = air.filter(|mix| !app.library.air_ready(mix)) {
+        let _permit = app.table_work().await?;
+        let library = Arc::clone(&app.library);
+        let work = move || library.air(&mix, &|_| ()).map_err(|error| ApiError::Internal(error.to_string()));
+        blocking(work).await?;
+    }
     for (layer, mix) in scene.mixes().into_iter().enumerate() {
         // One blocking thread for each mix, however many requests wait for it. Tables once begun are finished: the next
         // request will want them too.

@@ -1,7 +1,7 @@
 "use strict";
 // The latest setting wins: a new one aborts the requests of the one before, and nothing is sent while a slider moves fast.
 
-const TEXTURES = ["cloud", "shadow", "irradiance"];
+const TEXTURES = ["sky", "cloud", "shadow", "irradiance"];
 const PAUSE_MS = 180;
 const EVERY_S = 2; // between the frames of a playing sky
 const $ = (id) => document.getElementById(id);
@@ -174,7 +174,7 @@ async function update() {
     passing = null;
     showCurl(id, now);
     showProblem(null);
-    $("state").textContent = `Three textures of ${now.size} × ${now.size} in ${Math.round(performance.now() - start)} ms`;
+    $("state").textContent = `Four textures, ${now.size} high, in ${Math.round(performance.now() - start)} ms`;
   } catch (error) {
     if (signal.aborted) return;
     setPlaying(false);

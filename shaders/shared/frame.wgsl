@@ -66,6 +66,42 @@ struct View {
     first: u32,               // 1: the layer is the first that is drawn, nothing lies before it
 }
 
+// One output texture of the whole sky, or a band of its rows.
+struct SkyView {
+    axis_x: vec3<f32>,        // of a cube's faces, or to the right of a picture: east, north, up
+    kind: u32,                // how directions become texels: see sphere_direction
+    axis_y: vec3<f32>,        // towards the picture's top
+    rows: u32,                // of the band
+    axis_z: vec3<f32>,        // into the picture
+    first_row: u32,           // of the band
+    eye: vec3<f32>,           // place of the eye, metres
+    rising: u32,              // 1: a layer is drawn along the part of each ray that rises, 0: that sinks
+    size: vec2<u32>,          // texels across and down
+    first_turn: f32,          // azimuth of the left edge, turns from north over east
+    turns: f32,               // from the left edge to the right one, or from the middle to the edge
+    half_width: f32,          // of the picture, one unit away
+    half_height: f32,
+    steps: f32,               // samples of the thickness map for each of its texels that a ray crosses
+    rays: u32,                // of a texel, at most
+    texels_per_ray: f32,      // of a map along the ground, for each of a texel's rays
+    coarseness: f32,          // mip levels beyond that whose texels are as wide as the picture's
+    edge: f32,                // sine of the elevation at which the layer begins or ends for the eye
+    horizon: f32,             // elevation at which the map of the air before the layer begins, radians
+    asymmetry: f32,           // of the aerosol
+    spare_0: u32,
+    spare_1: u32,
+    spare_2: u32,
+}
+
+// What lies behind the clouds.
+struct Backdrop {
+    sun: vec3<f32>,           // unit vector towards it
+    horizon: f32,             // elevation at which the ground ends, radians
+    extent_m: f32,            // side of the domain
+    asymmetry: f32,           // of the aerosol
+    spare: vec2<u32>,
+}
+
 // A Gaussian blur along one axis of a periodic map.
 struct Blur {
     axis: vec2<i32>,          // (1, 0) or (0, 1)

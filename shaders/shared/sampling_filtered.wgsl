@@ -12,3 +12,8 @@ fn gather_periodic(map: texture_2d<f32>, repeat: sampler, cell: vec2<f32>) -> ve
 fn sample_clamped(map: texture_2d<f32>, clamped: sampler, uv: vec2<f32>) -> vec4<f32> {
     return textureSampleLevel(map, clamped, uv, 0.0);
 }
+
+// Between two mip levels too: the sampler blends them.
+fn sample_level(map: texture_2d<f32>, trilinear: sampler, uv: vec2<f32>, level: f32) -> vec4<f32> {
+    return textureSampleLevel(map, trilinear, uv, level);
+}

@@ -28,3 +28,12 @@ fn sample_clamped(map: texture_2d<f32>, clamped: sampler, uv: vec2<f32>) -> vec4
     let low = vec2<i32>(floor(place));
     return blend_texels(map, low, min(low + 1, size - 1), place - floor(place), 0u);
 }
+
+// Between two mip levels too.
+fn sample_level(map: texture_2d<f32>, trilinear: sampler, uv: vec2<f32>, level: f32) -> vec4<f32> {
+    let most = f32(textureNumLevels(map)) - 1.0;
+    let fine = clamp(floor(level), 0.0, most);
+    let coarse = min(fine + 1.0, most);
+    return mix(sample_periodic(map, trilinear, uv, u32(fine)), sample_periodic(map, trilinear, uv, u32(coarse)),
+        clamp(level - fine, 0.0, 1.0));
+}

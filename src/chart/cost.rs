@@ -3,8 +3,8 @@
 use serde_json::json;
 
 use super::device::{self, Device};
-use super::errors::SlabMethod;
 use super::file::ChartError;
+use super::row::SlabRow;
 use crate::job::Watch;
 use crate::tables::TableLibrary;
 
@@ -12,19 +12,6 @@ use crate::tables::TableLibrary;
 const SIDE: u32 = 512;
 /// Times that every method is run, in turn.
 const ROUNDS: usize = 31;
-
-/// Query of a method, `None` where a texture takes too long to be measured so.
-fn query(method: SlabMethod) -> Option<[(&'static str, &'static str); 2]> {
-    let (method, tolerance) = match method {
-        // They differ in a table's numbers, not in its size.
-        SlabMethod::Analytic | SlabMethod::AnalyticExact => ("analytic", "0.02"),
-        SlabMethod::Coarse => ("tabulated", "0.03"),
-        SlabMethod::Fine => ("tabulated", "0.006"),
-        SlabMethod::Finest => ("tabulated", "0.001"),
-        SlabMethod::Reference => return None,
-    };
-    Some([("method", method), ("tolerance", tolerance)])
-}
 
 /// Milliseconds per million texels: median, and the quartiles below and above it.
 #[derive(Clone, Copy, Debug)]
@@ -37,7 +24,7 @@ pub(super) struct Cost {
 /// take turns, so that all of them see the same load of the machine.
 pub(super) fn costs(
     library: &TableLibrary,
-    methods: &[SlabMethod],
+    methods: &[SlabRow],
     progress: &(dyn Fn(f64) + Sync),
 ) -> Result<Vec<Option<Cost>>, ChartError> {
     // Cloud everywhere, of every thickness: no texel is skipped.
@@ -50,7 +37,11 @@ pub(super) fn costs(
     });
     let scene = device::scene(&scene)?;
     let mut device = Device::open(library)?;
-    let job = |method: &SlabMethod| query(*method).map(|query| device.job(&scene, "cloud", &query)).transpose();
+    let job = |method: &SlabRow| {
+        let query = method.query();
+        let given = query.as_ref().map(|query| query.each_ref().map(|(name, value)| (*name, value.as_str())));
+        given.map(|query| device.job(&scene, "cloud", &query)).transpose()
+    };
     let jobs = methods.iter().map(job).collect::<Result<Vec<_>, ChartError>>()?;
     let mut times = vec![Vec::new(); methods.len()];
     // The first round makes tables and field.

@@ -6,13 +6,14 @@ use std::time::{Duration, Instant};
 use rayon::prelude::*;
 
 use super::file::ChartError;
-use super::medium::{Medium, Radiance, SMOOTH, droplets};
+use super::medium::{Medium, SMOOTH, droplets};
 use super::random::Random;
+use super::row::{SlabRow, UnderSuns};
 use super::statistics::ErrorSummary;
 use super::truth::{Truth, USUAL};
 use crate::optics::Mix;
 use crate::reference::monte_carlo::{self, SlabProblem};
-use crate::slab::radiance::{RadianceTable, Side, TableSize};
+use crate::slab::radiance::Side;
 use crate::tables::TableLibrary;
 
 /// Optical depths of the cases.
@@ -35,52 +36,6 @@ const NEAR_ERROR: f64 = 0.005;
 const REFERENCE_ERROR: f64 = 0.01;
 /// Pairs of paths at most.
 const MOST_PAIRS: u64 = 400_000;
-
-/// A method of computing slab light, with the size of its tables.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum SlabMethod {
-    /// Closed forms of the first orders: Bouthors et al. 2006, repaired. Closed against the paper's fluxes for its droplets, against
-    /// exact ones for others.
-    Analytic,
-    /// The same closed against exact fluxes for all droplets.
-    AnalyticExact,
-    /// Tables of 23 x 33 x 33 x 19 nodes.
-    Coarse,
-    /// Tables of 35 x 33 x 33 x 37 nodes.
-    Fine,
-    /// Tables of 59 x 65 x 65 x 91 nodes.
-    Finest,
-    /// Monte Carlo.
-    Reference,
-}
-
-impl SlabMethod {
-    /// Every method, from the fastest to the most exact.
-    pub const ALL: [Self; 6] =
-        [Self::Analytic, Self::AnalyticExact, Self::Coarse, Self::Fine, Self::Finest, Self::Reference];
-
-    /// Its name in tables and pictures.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Analytic => "analytic",
-            Self::AnalyticExact => "analytic with exact fluxes",
-            Self::Coarse => "tabulated coarse",
-            Self::Fine => "tabulated fine",
-            Self::Finest => "tabulated finest",
-            Self::Reference => "reference",
-        }
-    }
-
-    fn size(self) -> Option<TableSize> {
-        match self {
-            Self::Coarse => Some(TableSize::COARSE),
-            Self::Fine => Some(TableSize::FINE),
-            Self::Finest => Some(TableSize::FINEST),
-            Self::Analytic | Self::AnalyticExact | Self::Reference => None,
-        }
-    }
-}
 
 /// Relative errors of a method's radiance.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -130,7 +85,7 @@ fn mix_and_colour(number: usize) -> (Mix, usize) {
 pub fn slab_errors(
     library: &TableLibrary,
     medium: usize,
-    methods: &[SlabMethod],
+    methods: &[SlabRow],
     progress: &(dyn Fn(f64) + Sync),
 ) -> Result<(String, Vec<SlabErrors>), ChartError> {
     let (mix, colour) = mix_and_colour(medium);
@@ -150,40 +105,24 @@ pub fn slab_errors(
     let near = NearSun::new(&medium, &mut random)?;
     let mut found = Vec::new();
     for method in methods {
-        let table = method.size().map(|size| medium.table(size));
-        found.push(match method {
-            SlabMethod::Reference => by_monte_carlo(&medium, &truth, &near, [&suns, &views], &mut random)?,
-            _ => by_method(&medium, (*method, table.as_ref()), &truth, &near, [&suns, &views], &azimuths),
+        found.push(match method.under_suns(&medium) {
+            Some(method) => by_method(&method, &truth, &near, [&suns, &views], &azimuths),
+            None => by_monte_carlo(&medium, &truth, &near, [&suns, &views], &mut random)?,
         });
         progress(0.6 + 0.4 * found.len() as f64 / methods.len() as f64);
     }
     Ok((medium.name, found))
 }
 
-/// A method under one sun.
-fn prepared<'a>(
-    medium: &'a Medium,
-    method: SlabMethod,
-    table: Option<&RadianceTable>,
-    mu_sun: f64,
-) -> Box<dyn Radiance + 'a> {
-    match table {
-        Some(table) => Box::new(medium.tabulated(table, mu_sun)),
-        None if method == SlabMethod::AnalyticExact => Box::new(medium.analytic_exact(mu_sun)),
-        None => Box::new(medium.analytic(mu_sun)),
-    }
-}
-
 fn by_method(
-    medium: &Medium,
-    (method, table): (SlabMethod, Option<&RadianceTable>),
+    method: &UnderSuns<'_>,
     truth: &Truth<'_>,
     near: &NearSun,
     [suns, views]: [&[f64]; 2],
     azimuths: &[f64],
 ) -> SlabErrors {
     let of_sun = |(sun, mu_sun): (usize, &f64)| {
-        let prepared = prepared(medium, method, table, *mu_sun);
+        let prepared = method(*mu_sun);
         let mut errors = SlabErrors::default();
         for (view, mu_view) in views.iter().enumerate() {
             for azimuth in azimuths.iter().skip(sun * views.len() + view).step_by(suns.len() * views.len()) {
@@ -208,7 +147,7 @@ fn by_method(
         .cases
         .iter()
         .map(|case| {
-            let prepared = prepared(medium, method, table, case.mu_sun);
+            let prepared = method(case.mu_sun);
             prepared.radiance(Side::Transmitted, case.depth, case.mu_view, case.azimuth) / case.exact - 1.0
         })
         .collect();

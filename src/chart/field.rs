@@ -17,6 +17,7 @@ use super::sample::SampledRow;
 use crate::field::eddies::{Eddies, GRID};
 use crate::field::{FieldStages, power_spectrum};
 use crate::job::{Job, Watch};
+use crate::periodic::{self, Between};
 use crate::scene::Scene;
 use crate::tables::TableLibrary;
 use plotters::style::RGBColor;
@@ -145,17 +146,20 @@ fn median(mut times: Vec<f64>) -> f64 {
     times.get(times.len() / 2).copied().unwrap_or(f64::NAN)
 }
 
-/// A periodic map's texel indices and weights around a place in texels.
-fn around(place: f32) -> (usize, f32) {
-    let low = place.floor();
-    (low.rem_euclid(SIDE as f32) as usize % SIDE, place - low)
+/// A place in periods, from texels that are counted from the middle of the first.
+fn periods(texels: f32) -> f64 {
+    (f64::from(texels) + 0.5) / SIDE as f64
 }
 
-fn bilinear(field: &[f32], [x, y]: [f32; 2]) -> f32 {
-    let ((x, fx), (y, fy)) = (around(x), around(y));
-    let (right, below) = ((x + 1) % SIDE, (y + 1) % SIDE);
-    let row = |y: usize| field[y * SIDE + x] + (field[y * SIDE + right] - field[y * SIDE + x]) * fx;
-    row(y) + (row(below) - row(y)) * fy
+/// The texel before a place, and the part of the way to the next one.
+fn around(texels: f32) -> (usize, f32) {
+    let Between { low, part, .. } = Between::new(periods(texels), SIDE);
+    (low, part as f32)
+}
+
+fn bilinear(field: &[f32], place: [f32; 2]) -> f32 {
+    let [value] = periodic::bilinear([SIDE; 2], place.map(periods), |x, y| [field[y * SIDE + x].into()]);
+    value as f32
 }
 
 /// Catmull-Rom.
@@ -194,14 +198,8 @@ fn departures(eddies: &Eddies, time_s: f64, sign: f32) -> Vec<[f32; 2]> {
         .collect();
     let length = sign * (STEP_S * SPEED_M_S / EXTENT_M) as f32 * SIDE as f32;
     let at = |place: [f32; 2]| {
-        let cell = place.map(|p| (p + 0.5) * grid as f32 / SIDE as f32 - 0.5);
-        let (low, part) = (cell.map(f32::floor), cell.map(|c| c - c.floor()));
-        let [x, y] = low.map(|l| l.rem_euclid(grid as f32) as usize % grid);
-        [0, 1].map(|axis| {
-            let value = |dx: usize, dy: usize| velocity[(y + dy) % grid * grid + (x + dx) % grid][axis];
-            let row = |dy: usize| value(0, dy) + (value(1, dy) - value(0, dy)) * part[0];
-            row(0) + (row(1) - row(0)) * part[1]
-        })
+        let found = periodic::bilinear([grid; 2], place.map(periods), |x, y| velocity[y * grid + x].map(f64::from));
+        found.map(|value| value as f32)
     };
     let departure = |i: usize| {
         let place = [(i % SIDE) as f32, (i / SIDE) as f32];

@@ -16,10 +16,10 @@ use super::file::{ChartError, ChartFile};
 use super::medium::{Medium, SMOOTH};
 use super::sample::SampledRow;
 use crate::job::{Job, Watch};
+use crate::method::Transport;
 use crate::reference::Map;
 use crate::reference::monte_carlo::Effort;
 use crate::reference::monte_carlo::field::{FieldProblem, FluxMap, Layer, MapEstimate, trace};
-use crate::request::Transport;
 use crate::scene::{Scene, direction};
 use crate::tables::TableLibrary;
 use local::{Local, Shift};
@@ -35,7 +35,14 @@ const SAMPLE_PHOTONS: u64 = 150_000;
 /// Times that every transport is run, in turn.
 const ROUNDS: usize = 15;
 
-const COLOURS: [RGBColor; 4] = [RED, ORANGE, GREEN, BLUE];
+fn colour(transport: Transport) -> RGBColor {
+    match transport {
+        Transport::Columns => RED,
+        Transport::Tilted => ORANGE,
+        Transport::Entry => GREEN,
+        Transport::Blended => BLUE,
+    }
+}
 
 /// Where light is compared, and which of it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -301,8 +308,7 @@ fn picture(found: &[Found], times: &[f64; 4]) -> Figure {
         let line = points.iter().map(|point| [point[0], point[1]]).collect();
         vec![Mark::Line(line, stroke), Mark::Dots { points, colour: stroke.colour, ring: false }]
     };
-    let transports: Vec<(&str, Stroke)> =
-        Transport::ALL.iter().zip(COLOURS).map(|((name, _), colour)| (*name, Stroke::solid(colour, 2.0))).collect();
+    let transports = Transport::ALL.map(|(name, transport)| (name, Stroke::solid(colour(transport), 2.0)));
     let alone = Stroke { colour: GREY, width: 2.0, dash: Dash::Dotted };
     let local = Stroke::dashed(PURPLE, 2.0);
     let direct = [
@@ -325,9 +331,9 @@ fn picture(found: &[Found], times: &[f64; 4]) -> Figure {
     let (fast, slow) = (times.iter().copied().fold(f64::MAX, f64::min), times.iter().copied().fold(0.0, f64::max));
     let mut dots = Vec::new();
     for (place, ring) in [(Place::Base, false), (Place::Ground, true)] {
-        for (((name, _), colour), time) in Transport::ALL.iter().zip(COLOURS).zip(times) {
+        for ((name, transport), time) in Transport::ALL.into_iter().zip(times) {
             let [error, noise] = planned(found, place, name);
-            dots.push(Mark::Dots { points: vec![[*time, error, noise]], colour, ring });
+            dots.push(Mark::Dots { points: vec![[*time, error, noise]], colour: colour(transport), ring });
         }
     }
     let mut shadows = marks(BROKEN, Place::Direct, MEAN_ALONE, alone);

@@ -2,18 +2,18 @@
 
 use super::cost::{self, Cost};
 use super::csv::Csv;
-use super::errors::{SLAB_MEDIA, SlabErrors, SlabMethod, slab_errors};
-use super::figure::{Axis, BLACK, BLUE, BROWN, Figure, GREEN, Key, Mark, ORANGE, PURPLE, Panel, RED, Stroke};
+use super::errors::{SLAB_MEDIA, SlabErrors, slab_errors};
+use super::figure::{Axis, BLACK, Figure, Key, Mark, Panel, Stroke};
 use super::file::{ChartError, ChartFile};
+use super::row::SlabRow;
 use super::statistics::ErrorSummary;
 use crate::tables::TableLibrary;
-use plotters::style::RGBColor;
 
 /// Channels of a texel: each is a Monte Carlo run of its own.
 const COLOURS: f64 = 3.0;
 
 pub(super) fn make(library: &TableLibrary, progress: &(dyn Fn(f64) + Sync)) -> Result<Vec<ChartFile>, ChartError> {
-    let methods = SlabMethod::ALL;
+    let methods = SlabRow::all();
     let mut costs = cost::costs(library, &methods, &|part| progress(0.1 * part))?;
     let mut csv = Csv::new(&[
         "method",
@@ -49,7 +49,7 @@ pub(super) fn make(library: &TableLibrary, progress: &(dyn Fn(f64) + Sync)) -> R
         }
         write_row(&mut csv, *method, "all", *cost, &errors.summaries());
     }
-    for method in methods {
+    for method in methods.iter().copied() {
         for (_, name, summaries) in rows.iter().filter(|row| row.0 == method) {
             write_row(&mut csv, method, name, None, summaries);
         }
@@ -58,7 +58,7 @@ pub(super) fn make(library: &TableLibrary, progress: &(dyn Fn(f64) + Sync)) -> R
     Ok(vec![picture(&results).draw("slab")?, ChartFile { name: "slab.csv".to_owned(), bytes: csv.into_bytes() }])
 }
 
-fn write_row(csv: &mut Csv, method: SlabMethod, medium: &str, cost: Option<Cost>, summaries: &[ErrorSummary; 3]) {
+fn write_row(csv: &mut Csv, method: SlabRow, medium: &str, cost: Option<Cost>, summaries: &[ErrorSummary; 3]) {
     let mut numbers =
         vec![cost.map(|cost| cost.median), cost.map(|cost| cost.quartiles[0]), cost.map(|cost| cost.quartiles[1])];
     numbers.extend(summaries.iter().flat_map(|summary| [Some(summary.rms), Some(summary.percentile99)]));
@@ -66,21 +66,9 @@ fn write_row(csv: &mut Csv, method: SlabMethod, medium: &str, cost: Option<Cost>
     csv.row(&[method.name(), medium], &numbers);
 }
 
-fn colour(method: SlabMethod) -> RGBColor {
-    match method {
-        SlabMethod::Analytic => ORANGE,
-        SlabMethod::AnalyticExact => BROWN,
-        SlabMethod::Coarse => GREEN,
-        SlabMethod::Fine => BLUE,
-        SlabMethod::Finest => PURPLE,
-        SlabMethod::Reference => RED,
-    }
-}
-
-fn picture(results: &[(SlabMethod, Option<Cost>, [ErrorSummary; 3])]) -> Figure {
+fn picture(results: &[(SlabRow, Option<Cost>, [ErrorSummary; 3])]) -> Figure {
     let titles = ["reflected light", "transmitted, beyond 10° from the sun", "transmitted, within 10° of the sun"];
-    let (drawn, reference): (Vec<_>, Vec<_>) =
-        results.iter().partition(|(method, _, _)| *method != SlabMethod::Reference);
+    let (drawn, reference): (Vec<_>, Vec<_>) = results.iter().partition(|(method, _, _)| *method != SlabRow::Reference);
     let costs = || drawn.iter().filter_map(|(_, cost, _)| *cost);
     let least = costs().map(|cost| cost.quartiles[0]).fold(f64::MAX, f64::min);
     let most = costs().map(|cost| cost.quartiles[1]).fold(0.0, f64::max);
@@ -90,12 +78,12 @@ fn picture(results: &[(SlabMethod, Option<Cost>, [ErrorSummary; 3])]) -> Figure 
         for (method, _, summaries) in &reference {
             // Its cost is far outside the picture.
             let level = |part: f64| vec![[ends[0], 100.0 * part], [ends[1], 100.0 * part]];
-            marks.push(Mark::Line(level(summaries[at].rms), Stroke::dashed(colour(*method), 1.5)));
-            marks.push(Mark::Line(level(summaries[at].percentile99), Stroke::dotted(colour(*method), 1.5)));
+            marks.push(Mark::Line(level(summaries[at].rms), Stroke::dashed(method.colour(), 1.5)));
+            marks.push(Mark::Line(level(summaries[at].percentile99), Stroke::dotted(method.colour(), 1.5)));
         }
         for (method, cost, summaries) in &drawn {
             let (Some(cost), summary) = (cost, summaries[at]) else { continue };
-            let colour = colour(*method);
+            let colour = method.colour();
             let (rms, tail) = (100.0 * summary.rms, 100.0 * summary.percentile99);
             let median = cost.median;
             marks.push(Mark::Line(vec![[median, rms], [median, tail]], Stroke::solid(colour, 1.5)));
@@ -110,8 +98,8 @@ fn picture(results: &[(SlabMethod, Option<Cost>, [ErrorSummary; 3])]) -> Figure 
             marks,
         }
     };
-    let dot = |(method, _, _): &(SlabMethod, Option<Cost>, _)| {
-        (Key::Dot { colour: colour(*method), ring: false }, method.name().to_owned())
+    let dot = |(method, _, _): &(SlabRow, Option<Cost>, _)| {
+        (Key::Dot { colour: method.colour(), ring: false }, method.name().to_owned())
     };
     let mut first: Vec<(Key, String)> = drawn.iter().map(dot).collect();
     first.push((Key::Dot { colour: BLACK, ring: false }, "root mean square".to_owned()));
@@ -121,8 +109,8 @@ fn picture(results: &[(SlabMethod, Option<Cost>, [ErrorSummary; 3])]) -> Figure 
         let hours = cost.map_or(0.0, |cost| cost.median) / 3.6e6;
         let name =
             format!("{} (Monte Carlo, 1 %), {hours:.0} hours per million texels: root mean square", method.name());
-        second.push((Key::Line(Stroke::dashed(colour(*method), 1.5)), name));
-        second.push((Key::Line(Stroke::dotted(colour(*method), 1.5)), "99 of 100 cases".to_owned()));
+        second.push((Key::Line(Stroke::dashed(method.colour(), 1.5)), name));
+        second.push((Key::Line(Stroke::dotted(method.colour(), 1.5)), "99 of 100 cases".to_owned()));
     }
     Figure {
         title: "Slab light: cost against error".to_owned(),

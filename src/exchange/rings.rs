@@ -1,6 +1,7 @@
 //! The kernel as a sum of squares on mip levels, as a graphics device samples them.
 
 use super::pair::{Pair, both, times};
+use crate::periodic::Between;
 use rayon::prelude::*;
 
 /// Samples of one mip level: what lies where is the same along both axes.
@@ -100,9 +101,6 @@ fn squares(side: usize, weight: f64, width: f64, away: f64) -> Vec<Samples> {
 
 /// Half of a linear sample at a place in texels of level 0, counted from the middle of the first.
 fn linear(place: f64, side: usize, level: usize) -> [(usize, f64); 2] {
-    let count = side >> level;
-    let place = (place + 0.5) / (1_u64 << level) as f64 - 0.5;
-    let low = (place.floor() as i64).rem_euclid(count as i64) as usize;
-    let part = place - place.floor();
-    [(low, 0.5 * (1.0 - part)), ((low + 1) % count, 0.5 * part)]
+    let Between { low, high, part } = Between::new((place + 0.5) / side as f64, side >> level);
+    [(low, 0.5 * (1.0 - part)), (high, 0.5 * part)]
 }

@@ -20,6 +20,8 @@ pub(crate) struct Gpu {
     pub(crate) kernels: Kernels,
     pub(crate) repeat: wgpu::Sampler,
     pub(crate) clamp: wgpu::Sampler,
+    /// Repeats, and blends mip levels too.
+    pub(crate) trilinear: wgpu::Sampler,
     /// For half floats, which every device filters.
     pub(crate) linear: wgpu::Sampler,
     /// The passes that ran, while somebody wants to know.
@@ -76,7 +78,7 @@ impl Gpu {
         });
 
         let kernels = Kernels::new(&device, filtering);
-        let sampler = |label, mode, filtering| {
+        let sampler = |label, mode, filtering, levels| {
             let filter = if filtering { wgpu::FilterMode::Linear } else { wgpu::FilterMode::Nearest };
             device.create_sampler(&wgpu::SamplerDescriptor {
                 label: Some(label),
@@ -84,14 +86,28 @@ impl Gpu {
                 address_mode_v: mode,
                 mag_filter: filter,
                 min_filter: filter,
+                mipmap_filter: levels,
                 ..Default::default()
             })
         };
-        let repeat = sampler("repeat", wgpu::AddressMode::Repeat, filtering);
-        let clamp = sampler("clamp", wgpu::AddressMode::ClampToEdge, filtering);
-        let linear = sampler("linear", wgpu::AddressMode::ClampToEdge, true);
-        let gpu =
-            Self { device, queue, summary, kernels, repeat, clamp, linear, recording: Recording::default(), failure };
+        let (one, blended) = (wgpu::MipmapFilterMode::Nearest, wgpu::MipmapFilterMode::Linear);
+        let gpu = Self {
+            summary,
+            kernels,
+            repeat: sampler("repeat", wgpu::AddressMode::Repeat, filtering, one),
+            trilinear: sampler(
+                "trilinear",
+                wgpu::AddressMode::Repeat,
+                filtering,
+                if filtering { blended } else { one },
+            ),
+            clamp: sampler("clamp", wgpu::AddressMode::ClampToEdge, filtering, one),
+            linear: sampler("linear", wgpu::AddressMode::ClampToEdge, true, one),
+            recording: Recording::default(),
+            failure,
+            device,
+            queue,
+        };
         gpu.check()?;
         self_test::run(&gpu)?;
         Ok(gpu)

@@ -128,6 +128,74 @@ pub struct View {
     pub first: u32,
 }
 
+/// One output texture of the whole sky, or a band of its rows.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, Pod, Zeroable)]
+pub struct SkyView {
+    /// Of a cube's faces, or to the right of a picture: east, north, up.
+    pub axis_x: [f32; 3],
+    /// How directions become texels: 0 equirect, 1 octahedral, 2 cube, 3 fisheye, 4 camera.
+    pub kind: u32,
+    /// Towards the picture's top.
+    pub axis_y: [f32; 3],
+    /// Rows of the band.
+    pub rows: u32,
+    /// Into the picture.
+    pub axis_z: [f32; 3],
+    /// First row of the band.
+    pub first_row: u32,
+    /// Place of the eye, metres.
+    pub eye: [f32; 3],
+    /// 1: a layer is drawn along the part of each ray that rises, 0: that sinks.
+    pub rising: u32,
+    /// Texels across and down.
+    pub size: [u32; 2],
+    /// Azimuth of the left edge, turns from north over east.
+    pub first_turn: f32,
+    /// Turns from the left edge to the right one, or from the middle to the edge.
+    pub turns: f32,
+    /// Half the width of the picture, one unit away.
+    pub half_width: f32,
+    /// Half its height.
+    pub half_height: f32,
+    /// Samples of the thickness map for each of its texels that a ray crosses.
+    pub steps: f32,
+    /// Rays of a texel, at most.
+    pub rays: u32,
+    /// Texels of a map along the ground for each of them.
+    pub texels_per_ray: f32,
+    /// Mip levels beyond that whose texels are as wide as the picture's.
+    pub coarseness: f32,
+    /// Sine of the elevation at which the layer begins or ends for the eye.
+    pub edge: f32,
+    /// Elevation at which the map of the air before the layer begins, radians.
+    pub horizon: f32,
+    /// Of the aerosol.
+    pub asymmetry: f32,
+    /// Unused.
+    pub spare_0: u32,
+    /// Unused.
+    pub spare_1: u32,
+    /// Unused.
+    pub spare_2: u32,
+}
+
+/// What lies behind the clouds.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, Pod, Zeroable)]
+pub struct Backdrop {
+    /// Unit vector towards the sun.
+    pub sun: [f32; 3],
+    /// Elevation at which the ground ends, radians.
+    pub horizon: f32,
+    /// Side of the domain.
+    pub extent_m: f32,
+    /// Of the aerosol.
+    pub asymmetry: f32,
+    /// Unused.
+    pub spare: [u32; 2],
+}
+
 /// A Gaussian blur along one axis of a periodic map.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq, Default, Pod, Zeroable)]

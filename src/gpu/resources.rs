@@ -167,8 +167,8 @@ impl Gpu {
         })
     }
 
-    /// A storage buffer that holds the given floats.
-    pub(crate) fn storage_from(&self, label: &str, data: &[f32]) -> wgpu::Buffer {
+    /// A storage buffer that holds the given numbers.
+    pub(crate) fn storage_from<T: bytemuck::NoUninit>(&self, label: &str, data: &[T]) -> wgpu::Buffer {
         self.device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
             label: Some(label),
             contents: bytemuck::cast_slice(data),

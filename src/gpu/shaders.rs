@@ -10,8 +10,18 @@ pub struct Shader {
     parts: &'static [&'static str],
 }
 
-macro_rules! wgsl {
+/// The file of a shader: that of its name, unless it shares another's.
+macro_rules! file_of {
     ($name:literal) => {
+        $name
+    };
+    ($name:literal, $file:literal) => {
+        $file
+    };
+}
+
+macro_rules! wgsl {
+    ($name:expr) => {
         include_str!(concat!(env!("CARGO_MANIFEST_DIR"), "/shaders/", $name, ".wgsl"))
     };
 }
@@ -21,10 +31,15 @@ const FILTERED: &str = wgsl!("shared/sampling_filtered");
 const LOADED: &str = wgsl!("shared/sampling_loaded");
 const NOISE: &str = wgsl!("shared/noise");
 const PATH: &str = wgsl!("shared/path");
+const PATH_SAMPLED: &str = wgsl!("shared/path_sampled");
 const PROJECTION: &str = wgsl!("shared/projection");
 const SLAB: &str = wgsl!("shared/slab");
 const SUN: &str = wgsl!("shared/sun");
-const CLOUD_VIEW: &str = wgsl!("shared/cloud");
+const SPHERE: &str = wgsl!("shared/sphere");
+const AIR: &str = wgsl!("shared/air");
+const CLOUD: &str = wgsl!("shared/cloud");
+const CLOUD_PLANE: &str = wgsl!("shared/cloud_plane");
+const CLOUD_SKY: &str = wgsl!("shared/cloud_sky");
 
 impl Shader {
     /// The whole source; `filtering` false for devices that do not filter 32-bit floats.
@@ -36,11 +51,14 @@ impl Shader {
 }
 
 macro_rules! shaders {
-    ($($id:ident: $name:literal, $workgroup:expr, [$($part:ident),*];)+) => {
+    ($($id:ident: $name:literal $(of $file:literal)?, $workgroup:expr, [$($part:ident),*];)+) => {
         $(
-            #[doc = concat!("`shaders/", $name, ".wgsl`")]
-            pub const $id: Shader =
-                Shader { label: $name, workgroup: $workgroup, parts: &[FRAME, $($part,)* wgsl!($name)] };
+            #[doc = concat!("`shaders/", file_of!($name $(, $file)?), ".wgsl`")]
+            pub const $id: Shader = Shader {
+                label: $name,
+                workgroup: $workgroup,
+                parts: &[FRAME, $($part,)* wgsl!(file_of!($name $(, $file)?))],
+            };
         )+
         /// Every shader.
         pub const ALL: &[Shader] = &[$($id),+];
@@ -61,6 +79,7 @@ shaders! {
     FIELD_REMAP: "field_remap", IMAGE, [];
     FIELD_THICKNESS: "field_thickness", IMAGE, [];
     FIELD_BOUNDS: "field_bounds", IMAGE, [];
+    FIELD_LEVEL: "field_level", IMAGE, [];
     DOWNSAMPLE: "downsample", IMAGE, [];
     SUN_ENTRY: "sun_entry", IMAGE, [PATH];
     BLUR: "blur", IMAGE, [];
@@ -71,6 +90,11 @@ shaders! {
     THICKNESS: "thickness", IMAGE, [];
     SHADOW: "shadow", IMAGE, [];
     IRRADIANCE: "irradiance", IMAGE, [];
-    CLOUD_ANALYTIC: "cloud_analytic", IMAGE, [PROJECTION, PATH, SLAB, CLOUD_VIEW];
-    CLOUD_TABULATED: "cloud_tabulated", IMAGE, [PROJECTION, PATH, SLAB, CLOUD_VIEW];
+    CLOUD_ANALYTIC: "cloud_analytic", IMAGE, [PROJECTION, PATH, SLAB, CLOUD, CLOUD_PLANE];
+    CLOUD_TABULATED: "cloud_tabulated", IMAGE, [PROJECTION, PATH, SLAB, CLOUD, CLOUD_PLANE];
+    SKY_ANALYTIC: "sky_analytic" of "cloud_analytic", IMAGE, [SPHERE, AIR, PATH_SAMPLED, SLAB, CLOUD, CLOUD_SKY];
+    SKY_TABULATED: "sky_tabulated" of "cloud_tabulated", IMAGE, [SPHERE, AIR, PATH_SAMPLED, SLAB, CLOUD, CLOUD_SKY];
+    SKY_GROUND: "sky_ground", IMAGE, [];
+    SKY: "sky", IMAGE, [SPHERE, AIR];
+    SKY_ABOVE: "sky_above", IMAGE, [SPHERE, AIR];
 }

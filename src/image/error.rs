@@ -40,3 +40,8 @@ pub enum ImageError {
 pub(super) fn broken(reason: impl ToString) -> ImageError {
     ImageError::Broken(reason.to_string())
 }
+
+/// An image that is named and was not handed over, by its SHA-256.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error("the image {0} is missing")]
+pub struct MissingImage(pub String);

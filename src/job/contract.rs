@@ -2,6 +2,7 @@
 
 use crate::encode::EncodeError;
 use crate::gpu::GpuError;
+use crate::image::MissingImage;
 use crate::reference::monte_carlo::MonteCarloError;
 use crate::scene::FieldError;
 use crate::tables::TableError;
@@ -63,8 +64,8 @@ pub enum RenderError {
     #[error(transparent)]
     Driver(GpuError),
     /// An image that the scene names was not handed over.
-    #[error("the image {0} is missing")]
-    MissingImage(String),
+    #[error(transparent)]
+    MissingImage(#[from] MissingImage),
     /// The request or an image does not fit the scene.
     #[error("{}", crate::scene::list(.0))]
     Invalid(Vec<FieldError>),

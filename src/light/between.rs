@@ -5,8 +5,8 @@ use super::inputs::LightInputs;
 use crate::exchange::stack::{Layer, LayerLight, Stack};
 use crate::exchange::{Kernel, Problem, Solver, exchange};
 use crate::gpu::layout::Share;
+use crate::method::Transport;
 use crate::periodic::bilinear;
-use crate::request::Transport;
 use std::f64::consts::PI;
 
 /// Maps of a layer on the exchange grid, relative to the sun's horizontal irradiance above all layers (see the shaders

@@ -3,7 +3,7 @@
 use super::plan::Grids;
 use crate::field::Field;
 use crate::gpu::HostMap;
-use crate::request::Transport;
+use crate::method::Transport;
 use crate::slice::DeviceTables;
 
 /// A layer as the stage takes it.

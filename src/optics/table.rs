@@ -84,7 +84,7 @@ impl PhaseTable {
         }
         let pieces = pieces(&points);
         let light = Light::of(&pieces);
-        let phase = sampled(&pieces, &light).map_err(at_all)?;
+        let phase = sampled(&pieces, &light).map_err(|fault| at_all(fault.to_string()))?;
         let doubt = light.doubt(&pieces);
         Ok(Self(Arc::new(Checked { points, phase, doubt })))
     }
@@ -285,8 +285,17 @@ fn integral(shape: Shape, from: f64, to: f64, start: f64) -> f64 {
     half.to_radians() * nodes.iter().zip(weights).map(node).sum::<f64>()
 }
 
+/// A table of detail that the common grid does not hold: part of the light that other angles would scatter, 0..1.
+#[derive(Debug, thiserror::Error)]
+#[error(
+    "{:.0} % of the light would be scattered by other angles than the table says: it is finer than phase functions are kept, \
+     at angles 0.01 degrees apart around 0 and 180 degrees and up to 0.5 degrees around 90, down to 1e-12 of the largest value",
+    100.0 * .0
+)]
+struct TooFine(f64);
+
 /// The phase function on the common grid, if that holds it.
-fn sampled(pieces: &[Piece], light: &Light) -> Result<PhaseFunction, String> {
+fn sampled(pieces: &[Piece], light: &Light) -> Result<PhaseFunction, TooFine> {
     let mut piece = 0;
     let value = |angle: &f64| {
         while piece + 1 < pieces.len() && pieces[piece].to <= *angle {
@@ -295,19 +304,11 @@ fn sampled(pieces: &[Piece], light: &Light) -> Result<PhaseFunction, String> {
         pieces.get(piece).map_or(0.0, |piece| piece.read.at(angle - piece.from))
     };
     let values: Vec<f64> = grid_deg().iter().map(value).collect();
-    let too_fine = |part: f64| {
-        format!(
-            "{:.0} % of the light would be scattered by other angles than the table says: it is finer than phase functions are \
-             kept, at angles 0.01 degrees apart around 0 and 180 degrees and up to 0.5 degrees around 90, down to 1e-12 of the \
-             largest value",
-            100.0 * part
-        )
-    };
     if light.total <= 0.0 {
-        return Err(too_fine(1.0));
+        return Err(TooFine(1.0));
     }
-    let phase = PhaseFunction::from_grid_values(values).map_err(|_nothing| too_fine(1.0))?;
+    let phase = PhaseFunction::from_grid_values(values).map_err(|_nothing| TooFine(1.0))?;
     let apart = light.below.iter().zip(phase.within()).map(|(below, within)| (below / light.total - within).abs());
     let misplaced = apart.fold(0.0, f64::max);
-    if misplaced <= MOST_MISPLACED { Ok(phase) } else { Err(too_fine(misplaced)) }
+    if misplaced <= MOST_MISPLACED { Ok(phase) } else { Err(TooFine(misplaced)) }
 }

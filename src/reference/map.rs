@@ -61,6 +61,14 @@ impl Map {
         self.blend(axis(uv[0], self.width), axis(uv[1], self.height))
     }
 
+    /// A sample of a texture that repeats, given as its mip levels: between two levels too.
+    pub fn sample_level(levels: &[Self], uv: [f64; 2], level: f64) -> [f64; 4] {
+        let level = level.clamp(0.0, (levels.len() - 1) as f64);
+        let fine = level as usize;
+        let at = |level: usize| DVec4::from_array(levels[level.min(levels.len() - 1)].sample_periodic(uv));
+        at(fine).lerp(at(fine + 1), level - fine as f64).to_array()
+    }
+
     /// The blend of the four texels about a place.
     fn blend(&self, x: Between, y: Between) -> [f64; 4] {
         let at = |x, y| DVec4::from_array(self.texel(x, y));

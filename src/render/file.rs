@@ -1,7 +1,6 @@
 //! A texture as the bytes of a file that says what it is.
 
 use crate::encode::{self, Encoded, Metadata, Pixels};
-use crate::illumination::Illumination;
 use crate::job::{Job, RenderError, Texture};
 use crate::plan::expected_error;
 use crate::request::{Side, Viewer};
@@ -30,18 +29,19 @@ pub fn encode(texture: &Texture, job: &Job) -> Result<Encoded, RenderError> {
 /// What a file says of itself besides its texels.
 fn metadata(job: &Job, texture: &Texture) -> Metadata {
     let (scene, request) = (job.scene(), job.request());
-    let wanted = &request.wanted;
-    let plane = wanted.projection().map(|projection| projection.plane());
+    let (wanted, in_air) = (&request.wanted, job.air().is_some());
+    let scale = request.output.linear().scale;
+    let plane = wanted.plane();
     let (direction, eye) = match plane.map(|plane| plane.viewer) {
-        None => (None, None),
+        None => (None, wanted.sphere().map(|sphere| sphere.eye)),
         Some(Viewer::At(place)) => (None, Some(place)),
         Some(Viewer::Parallel { zenith_deg, azimuth_deg }) => (Some([zenith_deg, azimuth_deg]), None),
     };
     Metadata {
         texture: request.texture().name().to_owned(),
         comments: request.texture().meaning().to_owned(),
-        unit: request.texture().unit().to_owned(),
-        scale: request.output.linear().scale,
+        unit: request.texture().unit(in_air).to_owned(),
+        scale,
         component: wanted.component().map(|component| component.name().to_owned()),
         peak: wanted.peak(),
         view: plane.map(|plane| plane.side.name().to_owned()),
@@ -52,13 +52,14 @@ fn metadata(job: &Job, texture: &Texture) -> Metadata {
         expected_error: Some(expected_error(&job.plan().explain(scene, request))),
         domain_extent_m: scene.extent_m(),
         origin: [0.0, 0.0, texture.plane_m],
-        sun_direction: Illumination::new(scene, request.time_s).towards_sun,
+        sun_direction: job.illumination().towards_sun,
         base_height_m: scene.base_m(),
         time_s: request.time_s,
         axes: "enu".to_owned(),
         scene: job.scene_id().to_owned(),
         version: VERSION.clone(),
-        white_luminance: None,
+        // Of radiance; an irradiance has none.
+        white_luminance: (in_air && wanted.projection().is_some()).then(|| (1000.0 / scale) as f32),
         // Maps repeat as the domain does.
         periodic: wanted.projection().is_none_or(|projection| projection.is_periodic()),
         place: None,
@@ -67,7 +68,7 @@ fn metadata(job: &Job, texture: &Texture) -> Metadata {
 
 /// Whether a viewer at a place can see the plane that texels lie in; the error names the place.
 pub(super) fn check_eye(job: &Job, plane_of: impl Fn(Side) -> f64) -> Result<(), RenderError> {
-    let Some(plane) = job.request().wanted.projection().map(|projection| *projection.plane()) else { return Ok(()) };
+    let Some(plane) = job.request().wanted.plane() else { return Ok(()) };
     let Viewer::At(place) = plane.viewer else { return Ok(()) };
     let plane_m = plane_of(plane.side);
     let (wrong_side, where_to) = match plane.side {

@@ -1,11 +1,13 @@
 //! What names the results that stay on the device between requests: each key holds all that its result depends on, and no
 //! more.
 
+use crate::air_map::Half;
+use crate::atmosphere::End;
 use crate::field;
 use crate::job::Job;
+use crate::method::{SlabMethod, Transport};
 use crate::moment::{LayerMoment, Moment};
-use crate::plan::{SlabMethod, field_resolution};
-use crate::request::Transport;
+use crate::plan::field_resolution;
 use crate::scene::quantity::Quantity as _;
 use crate::scene::{Thickness, Wind};
 use crate::tables::MixTables;
@@ -29,10 +31,14 @@ pub(super) struct FieldKey {
     moved: Option<(Wind, f64)>,
 }
 
-/// Fields of all layers and where the wind has carried them: a scene that nothing moves is the same at all times.
+/// Fields of all layers, where the wind has carried them, and where the sun stands: a scene that nothing moves is the same at
+/// all times.
 #[derive(PartialEq, Clone)]
 pub(super) struct MomentKey {
     scene: String,
+    towards_sun: [f64; 3],
+    /// Of the tables of its air: finer ones have other light.
+    air: Option<String>,
     layers: Vec<([f64; 2], FieldKey)>,
 }
 
@@ -68,6 +74,24 @@ pub(super) struct BeamKey {
     size: [u32; 2],
 }
 
+/// Radiance of the ground, as a map of so many texels a side.
+#[derive(PartialEq)]
+pub(super) struct GroundKey {
+    light: LightKey,
+    texels: u32,
+}
+
+/// Air between an eye and what it sees.
+#[derive(PartialEq)]
+pub(super) struct AirKey {
+    /// Of the tables; without air the sky's light is the scene's.
+    air: String,
+    /// Height, cosine of the sun's zenith, and its nearness.
+    eye: [f64; 3],
+    half: Half,
+    end: End,
+}
+
 impl SourceKey {
     pub(super) fn new(job: &Job, number: usize) -> Self {
         let layer = &job.scene().layers[number];
@@ -93,7 +117,9 @@ impl MomentKey {
     pub(super) fn new(job: &Job, moment: &Moment) -> Self {
         let layers = moment.layers.iter().enumerate();
         let layers = layers.map(|(number, layer)| (layer.offset_uv, FieldKey::new(job, number))).collect();
-        Self { scene: job.scene_id().to_owned(), layers }
+        let air = job.air().map(|air| air.key.clone());
+        let towards_sun = moment.illumination.towards_sun;
+        Self { scene: job.scene_id().to_owned(), towards_sun, air, layers }
     }
 }
 
@@ -124,5 +150,18 @@ impl LightKey {
 impl BeamKey {
     pub(super) fn new(job: &Job, moment: &Moment, size: [u32; 2]) -> Self {
         Self { moment: MomentKey::new(job, moment), size }
+    }
+}
+
+impl GroundKey {
+    pub(super) fn new(job: &Job, moment: &Moment, texels: u32) -> Self {
+        Self { light: LightKey::new(job, moment), texels }
+    }
+}
+
+impl AirKey {
+    pub(super) fn new(job: &Job, eye: [f64; 3], half: Half, end: End) -> Self {
+        let air = job.air().map_or_else(|| job.scene_id().to_owned(), |air| air.key.clone());
+        Self { air, eye, half, end }
     }
 }

@@ -4,19 +4,23 @@
 use super::file::check_eye;
 use super::kept::Kept;
 use super::keys::{BeamKey, FieldKey, LightKey, MixKey, SlabKey, SourceKey};
+use super::sky::{SkyJob, SkyKept};
+use super::stages::SkyStages;
 use crate::field::{self, Field, Source};
 use crate::frame;
 use crate::gpu::layout::{Frame, View};
 use crate::gpu::{Gpu, HostMap};
 use crate::ground::GroundMap;
+use crate::image::MissingImage;
 use crate::job::{Job, RenderError, Watch};
 use crate::light::{self, Light, LightInputs, Lit};
+use crate::method::SlabMethod;
 use crate::moment::Moment;
-use crate::plan::{SlabMethod, field_resolution};
-use crate::request::{Projection, Side};
+use crate::plan::field_resolution;
+use crate::request::Side;
 use crate::scene::Thickness;
 use crate::shade::{self, GroundSun, SlabLight};
-use crate::slice::{DeviceTables, HostTables};
+use crate::slice::{DeviceTables, HostSlab, HostTables};
 use crate::traced::{self, Traced};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
@@ -44,6 +48,7 @@ pub(super) struct Pipeline {
     slabs: Kept<SlabKey, SlabLight>,
     lights: Kept<LightKey, Arc<Light>>,
     beams: Kept<BeamKey, Arc<GroundSun>>,
+    skies: SkyKept,
 }
 
 /// What a run leaves behind: its texels, and the stages that led to them.
@@ -57,6 +62,8 @@ pub(super) struct Run {
     pub(super) tables: Vec<Tables>,
     /// The light with what lies between its passes, where that was to be kept.
     pub(super) lit: Option<Lit>,
+    /// What lies between the passes of a sky, where that was to be kept.
+    pub(super) sky: Option<SkyStages>,
 }
 
 /// Texels before what a request asks of finished ones.
@@ -109,7 +116,7 @@ pub(super) fn drawn(job: &Job) -> Vec<usize> {
         Some(layer) => vec![layer as usize],
         None => (0..job.scene().layer_count()).collect(),
     };
-    if wanted.projection().is_some_and(|Projection::Plane(plane)| plane.side == Side::Above) {
+    if wanted.plane().is_some_and(|plane| plane.side == Side::Above) {
         layers.reverse();
     }
     layers
@@ -125,10 +132,11 @@ impl Pipeline {
             slabs: Kept::new(KEPT),
             lights: Kept::new(KEPT),
             beams: Kept::new(KEPT_BEAMS),
+            skies: SkyKept::new(),
         }
     }
 
-    /// Makes the texels of a job whose scene has clouds.
+    /// Makes the texels of a job: of a sky, or of a scene that has clouds.
     pub(super) fn run(&mut self, job: &Job, watch: &Watch, keep: Keep, clock: &mut Clock) -> Result<Run, RenderError> {
         watch.look()?;
         let (request, needs, all) = (job.request(), job.request().texture().needs(), keep == Keep::Stages);
@@ -146,6 +154,7 @@ impl Pipeline {
             view,
             tables: Vec::new(),
             lit: None,
+            sky: None,
         };
         let (fields, moment) = (&run.fields, &run.moment);
         let reference = moment.plan.reference;
@@ -169,7 +178,7 @@ impl Pipeline {
             None => lit_by.clone(),
         };
         let mut light = None;
-        if needs.light || all {
+        if (needs.light || all) && !lit_by.is_empty() {
             let make = || self.light(job, watch, &run, &lit_by, keep);
             let (made, lit) = clock.time("light", make)?;
             light = Some(made);
@@ -186,10 +195,20 @@ impl Pipeline {
             method: slabs.get(number),
             light: light.as_deref().and_then(|light| light.layers.get(number)),
         };
-        let inputs = shade::Inputs {
-            layers: drawn(job).into_iter().map(layer).collect(),
+        let of = |layers: Vec<usize>| shade::Inputs {
+            layers: layers.into_iter().map(layer).collect(),
             gathered: light.as_deref().map(|light| &light.gathered),
         };
+        if let Some(sphere) = request.wanted.sphere() {
+            let all = of((0..run.fields.len()).collect());
+            let seen = drawn(job).into_iter().map(|number| (number, layer(number))).collect();
+            let sky = SkyJob { job, moment: &run.moment, sphere, all: &all, seen, watch };
+            let (data, stages) = clock.time("shade", || self.skies.texels(&self.gpu, sky, keep))?;
+            run.sky = stages;
+            run.texels = Texels { data, standard_error: None };
+            return Ok(run);
+        }
+        let inputs = of(drawn(job));
         let shading = Shading { job, moment: &run.moment, inputs, view: &run.view, watch };
         let mut data = clock.time("shade", || bands(&self.gpu, &mut self.beams, &shading))?;
         let mut standard_error = None;
@@ -249,7 +268,8 @@ impl Pipeline {
         let layers = run.moment.layers.iter().zip(job.tables()).zip(&run.tables);
         let make = layers.map(|((layer, mix), tables)| {
             let key = SlabKey::new(MixKey::new(mix, layer), method, cosine);
-            self.slabs.get_or_make(key, || SlabLight::make(&self.gpu, method, mix, tables.host.ratio, cosine))
+            let make = || HostSlab::new(method, mix, tables.host.ratio, cosine);
+            self.slabs.get_or_make(key, || SlabLight::new(&self.gpu, &make()))
         });
         make.collect()
     }
@@ -289,7 +309,7 @@ fn lit(gpu: &Gpu, job: &Job, watch: &Watch, run: &Run, frames: &[wgpu::Buffer]) 
         blur_texels: moment.layers[number].blur_texels,
     };
     let layers: Vec<_> = (0..moment.layers.len()).map(layer).collect();
-    let ground = GroundMap::new(&job.scene().ground.albedo, job.images()).map_err(RenderError::MissingImage)?;
+    let ground = GroundMap::new(&job.scene().ground.albedo, job.images())?;
     let inputs = LightInputs {
         layers: &layers,
         sun: moment.illumination.direct(),
@@ -312,7 +332,7 @@ fn bands(gpu: &Gpu, beams: &mut Kept<BeamKey, Arc<GroundSun>>, shading: &Shading
     let cuts = if needs.ground_sun {
         moment.sun_cuts()
     } else if needs.slab {
-        moment.view_cuts(wanted.projection().and_then(|projection| projection.plane().towards()))
+        moment.view_cuts(wanted.plane().and_then(|plane| plane.towards()))
     } else {
         1.0
     };
@@ -347,7 +367,7 @@ fn source(
         let image = match &layer.thickness {
             Thickness::Map { image, .. } => {
                 let found = job.images().get(&image.0);
-                Some(&**found.ok_or_else(|| RenderError::MissingImage(image.0.clone()))?)
+                Some(&**found.ok_or_else(|| MissingImage(image.0.clone()))?)
             }
             Thickness::Uniform(_) | Thickness::Stratocumulus(_) => None,
         };

@@ -3,11 +3,12 @@
 use super::pipeline::{Pipeline, Run};
 use crate::exchange::stack::LayerLight;
 use crate::field::{self, FieldStages};
-use crate::gpu::layout::{Frame, Share, View};
+use crate::gpu::layout::{Backdrop, Frame, Share, SkyView, View};
 use crate::gpu::{HostMap, PassRecord, Target};
 use crate::job::{Job, RenderError, Watch};
 use crate::light::{ColumnMaps, Energy};
-use crate::slice::{self, HostSlice, HostTables};
+use crate::shade::SkyClouds;
+use crate::slice::{self, HostSlab, HostTables};
 use std::sync::{Arc, PoisonError};
 
 /// Results of the stages of one layer: the request's, or the lowest.
@@ -57,18 +58,43 @@ pub struct Stages {
     pub gathered: HostMap,
     /// Where the light goes.
     pub energy: Energy,
-    /// Closure of the orders for this sun: method "analytic".
+    /// Closure of the orders for this sun, whatever the method.
     pub closure: HostMap,
-    /// Radiance tables cut at this sun: method "tabulated", where the request's plan uses it.
-    pub slice: Option<HostSlice>,
+    /// What the plan's method of slab light keeps for this sun.
+    pub slab: Option<HostSlab>,
     /// Tables of the mix.
     pub tables: Arc<HostTables>,
     /// The view.
     pub view: View,
+    /// What the passes of a sky took and gave, if one was asked for.
+    pub sky: Option<SkyStages>,
     /// The texture asked for, before what a request asks of finished texels.
     pub output: Vec<f32>,
     /// The passes that ran, in their order, each with its own time.
     pub passes: Vec<PassRecord>,
+}
+
+/// What the passes of a sky took and gave.
+#[derive(Debug, Clone)]
+pub struct SkyStages {
+    /// The view, as all of its rows.
+    pub view: SkyView,
+    /// What lies behind the clouds.
+    pub backdrop: Backdrop,
+    /// Thickness of the layers that are seen, lowest first: all mip levels of each.
+    pub levels: Vec<Vec<HostMap>>,
+    /// The texels of the ground.
+    pub ground_view: View,
+    /// The ground's albedo at them.
+    pub albedo: HostMap,
+    /// Irradiance there, three colours.
+    pub irradiance: Vec<f32>,
+    /// Radiance of the ground, all mip levels.
+    pub ground: Vec<HostMap>,
+    /// Air from the eye to space, and to the ground.
+    pub air: [HostMap; 2],
+    /// The clouds.
+    pub clouds: SkyClouds,
 }
 
 /// Reads the stages of a run back.
@@ -93,7 +119,7 @@ pub(super) fn read(
     let blur_texels = moment.layers[number].blur_texels;
     let tables = &run.tables[number].host;
     let cosine = moment.slant_cosine();
-    let cut = |detail| HostSlice::new(&mix.radiance(detail, &|_| ()), tables.ratio, cosine);
+    let slab = |method| HostSlab::new(method, mix, tables.ratio, cosine);
     let lit = run.lit.ok_or(RenderError::Defect("the stages of the light were not kept"))?;
     let (maps, own) = (&lit.maps[number], &lit.light.layers[number]);
     let map = |target: &Target| gpu.read_map(target, 0, deadline);
@@ -125,9 +151,10 @@ pub(super) fn read(
         gathered: map(&lit.light.gathered)?,
         energy: lit.light.energy,
         closure: slice::closure(mix, tables.ratio, cosine),
-        slice: moment.plan.detail().map(cut),
+        slab: moment.plan.slab.map(slab),
         tables: Arc::clone(tables),
         view: run.view,
+        sky: run.sky,
         output: run.texels.data,
         passes,
         columns: lit.columns,

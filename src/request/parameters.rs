@@ -1,10 +1,10 @@
 //! The one table of query parameters: name, range or words, default, meaning, how each is read and written.
 
-use super::method::{Method, Reference, Transport};
 use super::texture_request::Request;
-use super::wanted::{Cloud, Component, GroundLight, Irradiance, Shadow, TextureKind, Wanted};
+use super::wanted::{Cloud, Component, GroundLight, Irradiance, Shadow, Sky, TextureKind, Wanted};
 use crate::encode::{Alpha, Depth, Format, Linear, Output, Picture, PictureDepth, Tonemap};
-use crate::projection::{Plane, Projection, Side, Viewer};
+use crate::method::{Method, Reference, Transport};
+use crate::projection::{Plane, Side, Sphere, SphereLayout, Viewer};
 use crate::scene::Scene;
 
 /// A query parameter.
@@ -51,7 +51,7 @@ pub const QUERY_PARAMETERS: &[QueryParameter] = &[
         default: "below",
         meaning: "side from which the clouds are seen",
         read: |given, text| set(&mut given.side, word(text, &Side::ALL)),
-        write: |request| Some(plane(request)?.side.name().to_owned()),
+        write: |request| Some(request.wanted.plane()?.side.name().to_owned()),
     },
     QueryParameter {
         name: "direction",
@@ -65,23 +65,78 @@ pub const QUERY_PARAMETERS: &[QueryParameter] = &[
             let azimuth_deg = if zenith_deg == 0.0 { 0.0 } else { one_turn(azimuth_deg) };
             set(&mut given.direction, Some(Some(Viewer::Parallel { zenith_deg, azimuth_deg })))
         },
-        write: |request| match plane(request)?.viewer {
+        write: |request| match request.wanted.plane()?.viewer {
             Viewer::Parallel { zenith_deg, azimuth_deg } => Some(format!("{zenith_deg},{azimuth_deg}")),
             Viewer::At(_) => None,
         },
     },
     QueryParameter {
         name: "eye",
-        values: "X,Y,Z (each -1e7 to 1e7)",
-        default: "none",
-        meaning: "viewer's place, metres: a perspective view of the plane",
+        values: "X,Y,Z (each -1e7 to 1e7; of `sky` Z 0 to 1e5)",
+        default: "none; of `sky` 0,0,2",
+        meaning: "viewer's place, metres: of `cloud` a perspective view of the plane",
         read: |given, text| {
             let parts: Option<Vec<f64>> = text.split(',').map(|part| number(part, -1e7, 1e7)).collect();
-            set(&mut given.eye, Some(Some(Viewer::At(parts?.try_into().ok()?))))
+            set(&mut given.eye, Some(Some(parts?.try_into().ok()?)))
         },
-        write: |request| match plane(request)?.viewer {
-            Viewer::Parallel { .. } => None,
-            Viewer::At([x, y, z]) => Some(format!("{x},{y},{z}")),
+        write: |request| {
+            let place = match request.wanted.sphere() {
+                Some(sphere) => sphere.eye,
+                None => match request.wanted.plane()?.viewer {
+                    Viewer::Parallel { .. } => return None,
+                    Viewer::At(place) => place,
+                },
+            };
+            let [x, y, z] = place;
+            Some(format!("{x},{y},{z}"))
+        },
+    },
+    QueryParameter {
+        name: "projection",
+        values: "equirect | octahedral | cube | fisheye | camera",
+        default: "equirect",
+        meaning: "how directions become texels of `sky`: `size` is the height, of a cube's face its side",
+        read: |given, text| set(&mut given.layout, SphereLayout::NAMES.into_iter().find(|name| *name == text)),
+        write: |request| Some(request.wanted.sphere()?.layout.name().to_owned()),
+    },
+    QueryParameter {
+        name: "look",
+        values: "AZIMUTH,ELEVATION (-360 to 360, -90 to 90)",
+        default: "0,0",
+        meaning: "middle of a `camera`'s picture, degrees",
+        read: |given, text| {
+            let (azimuth, elevation) = text.split_once(',')?;
+            let look = [one_turn(number(azimuth, -360.0, 360.0)?), number(elevation, -90.0, 90.0)?];
+            set(&mut given.look_deg, Some(look))
+        },
+        write: |request| match request.wanted.sphere()?.layout {
+            SphereLayout::Camera { look_deg: [0.0, 0.0], .. } => None,
+            SphereLayout::Camera { look_deg: [azimuth, elevation], .. } => Some(format!("{azimuth},{elevation}")),
+            _ => None,
+        },
+    },
+    QueryParameter {
+        name: "fov",
+        values: "1 to 170 (camera), 1 to 360 (fisheye)",
+        default: "60 (camera), 180 (fisheye)",
+        meaning: "field of view, degrees: of a `camera` from the lower edge to the upper one, of a `fisheye` across the disc",
+        read: |given, text| set(&mut given.fov_deg, Some(Some(number(text, 1.0, 360.0)?))),
+        write: |request| match request.wanted.sphere()?.layout {
+            SphereLayout::Camera { fov_deg: CAMERA_FOV_DEG, .. } => None,
+            SphereLayout::Fisheye { fov_deg: FISHEYE_FOV_DEG } => None,
+            SphereLayout::Camera { fov_deg, .. } | SphereLayout::Fisheye { fov_deg } => Some(fov_deg.to_string()),
+            _ => None,
+        },
+    },
+    QueryParameter {
+        name: "aspect",
+        values: "0.1 to 10",
+        default: "1",
+        meaning: "width over height of a `camera`'s picture",
+        read: |given, text| set(&mut given.aspect, number(text, 0.1, 10.0)),
+        write: |request| match request.wanted.sphere()?.layout {
+            SphereLayout::Camera { aspect, .. } if aspect != 1.0 => Some(aspect.to_string()),
+            _ => None,
         },
     },
     QueryParameter {
@@ -119,7 +174,7 @@ pub const QUERY_PARAMETERS: &[QueryParameter] = &[
     },
     QueryParameter {
         name: "method",
-        values: "tabulated | analytic | reference",
+        values: Method::WORDS,
         default: "by tolerance",
         meaning: "how slab light is computed; reference (Monte Carlo) is for the command line",
         read: |given, text| set(&mut given.method, Some(Some(word(text, &Method::ALL)?))),
@@ -127,7 +182,7 @@ pub const QUERY_PARAMETERS: &[QueryParameter] = &[
     },
     QueryParameter {
         name: "transport",
-        values: "columns | tilted | entry | blended",
+        values: Transport::WORDS,
         default: "by tolerance",
         meaning: "how sunlight is carried through uneven cloud",
         read: |given, text| set(&mut given.transport, Some(Some(word(text, &Transport::ALL)?))),
@@ -216,6 +271,15 @@ pub const QUERY_PARAMETERS: &[QueryParameter] = &[
     },
 ];
 
+/// Where the sky is seen from unless the query says where: by a person, in the middle of the domain.
+const EYE: [f64; 3] = [0.0, 0.0, 2.0];
+
+/// Fields of view unless others are asked for.
+const CAMERA_FOV_DEG: f64 = 60.0;
+const FISHEYE_FOV_DEG: f64 = 180.0;
+/// A plane picture of more is all edge.
+const MAX_CAMERA_FOV_DEG: f64 = 170.0;
+
 /// Everything that a query can say. What does not touch the texture that is asked for does not become part of the request.
 pub(super) struct Given {
     format: Format,
@@ -223,7 +287,11 @@ pub(super) struct Given {
     size: Option<u32>,
     side: Side,
     direction: Option<Viewer>,
-    eye: Option<Viewer>,
+    eye: Option<[f64; 3]>,
+    layout: &'static str,
+    look_deg: [f64; 2],
+    fov_deg: Option<f64>,
+    aspect: f64,
     component: &'static str,
     peak: bool,
     alpha: Alpha,
@@ -249,6 +317,10 @@ impl Given {
             side: Side::Below,
             direction: None,
             eye: None,
+            layout: SphereLayout::Equirect.name(),
+            look_deg: [0.0; 2],
+            fov_deg: None,
+            aspect: 1.0,
             component: Component::Total.name(),
             peak: true,
             alpha: Alpha::Premultiplied,
@@ -265,9 +337,13 @@ impl Given {
         }
     }
 
-    /// A viewer cannot be far away and at a place.
-    pub(super) fn has_two_viewers(&self) -> bool {
-        self.direction.is_some() && self.eye.is_some()
+    /// What no value alone is wrong about: the parameter, and why.
+    pub(super) fn conflict(&self) -> Option<(&'static str, String)> {
+        if self.direction.is_some() && self.eye.is_some() {
+            return Some(("eye", "either direction or eye can be given".to_owned()));
+        }
+        let too_wide = self.fov_deg.filter(|fov_deg| self.layout == "camera" && *fov_deg > MAX_CAMERA_FOV_DEG)?;
+        Some(("fov", format!("\"{too_wide}\" is not allowed for a camera; allowed: 1 to {MAX_CAMERA_FOV_DEG}")))
     }
 
     /// The request for a texture, of what touches it.
@@ -282,9 +358,9 @@ impl Given {
         let traced = method.and_then(Method::reference);
         let wanted = match texture {
             TextureKind::Cloud => {
-                let viewer = self.eye.or(self.direction).unwrap_or(Viewer::UPRIGHT);
-                let projection = Projection::Plane(Plane { side: self.side, viewer });
-                Wanted::Cloud(Cloud { projection, layer, tolerance, method, transport: self.transport })
+                let viewer = self.eye.map(Viewer::At).or(self.direction).unwrap_or(Viewer::UPRIGHT);
+                let plane = Plane { side: self.side, viewer };
+                Wanted::Cloud(Cloud { plane, layer, tolerance, method, transport: self.transport })
             }
             TextureKind::Shadow => Wanted::Shadow(Shadow { peak: self.peak, tolerance, reference: traced }),
             TextureKind::Irradiance => Wanted::Irradiance(Irradiance {
@@ -298,8 +374,26 @@ impl Given {
                 light: traced.map_or(GroundLight::Fast { transport: self.transport }, GroundLight::Reference),
             }),
             TextureKind::Thickness => Wanted::Thickness { layer },
+            TextureKind::Sky => {
+                let sphere = Sphere { layout: self.sphere_layout(), eye: self.eye.unwrap_or(EYE) };
+                Wanted::Sky(Sky { sphere, layer, tolerance, method, transport: self.transport })
+            }
         };
         Request { wanted, time_s: self.time_s, size: self.size, output: self.output(texture) }
+    }
+
+    fn sphere_layout(&self) -> SphereLayout {
+        match self.layout {
+            "octahedral" => SphereLayout::Octahedral,
+            "cube" => SphereLayout::Cube,
+            "fisheye" => SphereLayout::Fisheye { fov_deg: self.fov_deg.unwrap_or(FISHEYE_FOV_DEG) },
+            "camera" => SphereLayout::Camera {
+                look_deg: self.look_deg,
+                fov_deg: self.fov_deg.unwrap_or(CAMERA_FOV_DEG),
+                aspect: self.aspect,
+            },
+            _ => SphereLayout::Equirect,
+        }
     }
 
     fn output(&self, texture: TextureKind) -> Output {
@@ -321,10 +415,6 @@ impl Given {
             }),
         }
     }
-}
-
-fn plane(request: &Request) -> Option<&Plane> {
-    request.wanted.projection().map(Projection::plane)
 }
 
 /// An azimuth from -360 to 360 degrees as 0 to below 360.

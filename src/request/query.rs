@@ -55,8 +55,8 @@ impl Request {
                 wrong(name, format!("\"{value}\" is not allowed; allowed: {}", parameter.values));
             }
         }
-        if given.has_two_viewers() {
-            wrong("eye", "either direction or eye can be given".to_owned());
+        if let Some((name, detail)) = given.conflict() {
+            wrong(name, detail);
         }
         if errors.is_empty() { Ok(given.request(texture)) } else { Err(RequestError::Invalid(errors)) }
     }

@@ -1,6 +1,6 @@
 //! A request for one texture, and whether a scene can meet it.
 
-use super::wanted::{Cloud, TextureKind, Wanted};
+use super::wanted::{Cloud, Sky, TextureKind, Wanted};
 use crate::encode::{Format, Output};
 use crate::scene::{FieldError, Scene};
 
@@ -23,6 +23,9 @@ impl Request {
     /// Tolerance unless another is asked for.
     pub const TOLERANCE: f64 = 0.02;
 
+    /// Highest eye that looks at the sky, m: about where air ends.
+    pub const MAX_EYE_M: f64 = 100_000.0;
+
     /// The kind of texture.
     pub fn texture(&self) -> TextureKind {
         self.wanted.kind()
@@ -41,11 +44,8 @@ impl Request {
     /// Texels across and down.
     pub fn texels(&self, scene: &Scene) -> [u32; 2] {
         let size = self.size.unwrap_or(scene.resolution());
-        match &self.wanted {
-            Wanted::Cloud(cloud) => cloud.projection.size(size),
-            // Maps of the domain.
-            Wanted::Shadow(_) | Wanted::Irradiance(_) | Wanted::Thickness { .. } => [size; 2],
-        }
+        // Maps of the domain are squares.
+        self.wanted.projection().map_or([size; 2], |projection| projection.size(size))
     }
 
     /// The same request of a scene in its normal form: what the scene gives anyway is left out.
@@ -56,7 +56,8 @@ impl Request {
         self.check(scene)?;
         self.size = self.size.filter(|size| *size != scene.resolution());
         if scene.layer_count() <= 1
-            && let Wanted::Cloud(Cloud { layer, .. }) | Wanted::Thickness { layer } = &mut self.wanted
+            && let Wanted::Cloud(Cloud { layer, .. }) | Wanted::Sky(Sky { layer, .. }) | Wanted::Thickness { layer } =
+                &mut self.wanted
         {
             *layer = None;
         }
@@ -76,7 +77,16 @@ impl Request {
             }
             _ => {}
         }
-        if self.wanted.reference().is_some() {
+        if let Some(sphere) = self.wanted.sphere() {
+            let height_m = sphere.eye[2];
+            if !(0.0..=Self::MAX_EYE_M).contains(&height_m) {
+                let detail = format!("z = {height_m} m; allowed: 0, the ground, to {} m", Self::MAX_EYE_M);
+                wrong("eye", detail);
+            }
+            if self.wanted.reference().is_some() {
+                wrong("method", "reference does not trace a whole sky; allowed: tabulated, analytic".to_owned());
+            }
+        } else if self.wanted.reference().is_some() {
             if self.texture().needs().slab && count > 1 {
                 let detail = format!(
                     "reference traces the cloud of a single layer; the scene has {count}; allowed: tabulated, analytic"

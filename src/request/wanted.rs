@@ -1,7 +1,7 @@
 //! The textures, each with the parameters that touch it.
 
-use super::method::{Method, Reference, Transport};
-use crate::projection::Projection;
+use crate::method::{Method, Reference, Transport};
+use crate::projection::{Plane, Projection, Sphere};
 use std::f64::consts::PI;
 
 /// A texture that can be asked for.
@@ -15,11 +15,13 @@ pub enum TextureKind {
     Irradiance,
     /// Geometric thickness of cloud.
     Thickness,
+    /// Radiance that arrives at an eye from every direction.
+    Sky,
 }
 
 impl TextureKind {
     /// Every texture.
-    pub const ALL: [Self; 4] = [Self::Cloud, Self::Shadow, Self::Irradiance, Self::Thickness];
+    pub const ALL: [Self; 5] = [Self::Cloud, Self::Shadow, Self::Irradiance, Self::Thickness, Self::Sky];
 
     /// Its name in addresses and on the command line.
     pub fn name(self) -> &'static str {
@@ -28,6 +30,7 @@ impl TextureKind {
             Self::Shadow => "shadow",
             Self::Irradiance => "irradiance",
             Self::Thickness => "thickness",
+            Self::Sky => "sky",
         }
     }
 
@@ -38,16 +41,19 @@ impl TextureKind {
             Self::Shadow => "part of the sun's beam that reaches the ground, 550 nm",
             Self::Irradiance => "downward irradiance on the ground",
             Self::Thickness => "geometric thickness of cloud, metres",
+            Self::Sky => "radiance that arrives at the eye: sky, clouds and ground",
         }
     }
 
-    /// Unit of its values. The scene gives its own light: which unit that is in is the caller's knowledge.
-    pub fn unit(self) -> &'static str {
-        match self {
-            Self::Cloud => "the scene's unit of irradiance per steradian",
-            Self::Irradiance => "the scene's unit of irradiance",
-            Self::Shadow => "1",
-            Self::Thickness => "m",
+    /// Unit of its values. Where the scene gives its own light, which unit that is in is the caller's knowledge.
+    pub fn unit(self, in_air: bool) -> &'static str {
+        match (self, in_air) {
+            (Self::Cloud | Self::Sky, true) => "kcd/m2",
+            (Self::Cloud | Self::Sky, false) => "the scene's unit of irradiance per steradian",
+            (Self::Irradiance, true) => "klx",
+            (Self::Irradiance, false) => "the scene's unit of irradiance",
+            (Self::Shadow, _) => "1",
+            (Self::Thickness, _) => "m",
         }
     }
 
@@ -55,20 +61,20 @@ impl TextureKind {
     pub fn channels(self) -> &'static [&'static str] {
         match self {
             Self::Cloud => &["R", "G", "B", "A"],
-            Self::Irradiance => &["R", "G", "B"],
+            Self::Irradiance | Self::Sky => &["R", "G", "B"],
             Self::Shadow | Self::Thickness => &["Y"],
         }
     }
 
     /// Whether its values are light, which a tone curve suits; the others are parts of a whole.
     pub fn is_light(self) -> bool {
-        matches!(self, Self::Cloud | Self::Irradiance)
+        matches!(self, Self::Cloud | Self::Irradiance | Self::Sky)
     }
 
     /// The stages that it takes.
     pub fn needs(self) -> Needs {
         match self {
-            Self::Cloud => Needs { light: true, slab: true, ground_sun: false },
+            Self::Cloud | Self::Sky => Needs { light: true, slab: true, ground_sun: false },
             Self::Shadow => Needs { light: false, slab: false, ground_sun: true },
             Self::Irradiance => Needs { light: true, slab: false, ground_sun: true },
             Self::Thickness => Needs { light: false, slab: false, ground_sun: false },
@@ -80,7 +86,7 @@ impl TextureKind {
     /// shape; of thickness the deepest cloud.
     pub fn white(self, irradiance: f64, deepest_m: f64) -> f64 {
         let white = match self {
-            Self::Cloud => 2.0 * irradiance / PI,
+            Self::Cloud | Self::Sky => 2.0 * irradiance / PI,
             Self::Irradiance => 2.0 * irradiance,
             Self::Shadow => 1.0,
             Self::Thickness => deepest_m.max(1.0),
@@ -119,13 +125,30 @@ pub enum Wanted {
         /// One layer alone (0 = lowest); all when `None`.
         layer: Option<u32>,
     },
+    /// See [`TextureKind::Sky`].
+    Sky(Sky),
 }
 
 /// What is asked of the clouds.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Cloud {
     /// How they are seen.
-    pub projection: Projection,
+    pub plane: Plane,
+    /// One layer alone (0 = lowest); all when `None`. Light still uses all.
+    pub layer: Option<u32>,
+    /// Acceptable relative root-mean-square error.
+    pub tolerance: f64,
+    /// How slab light is computed; the plan's choice when `None`.
+    pub method: Option<Method>,
+    /// How sunlight is carried through uneven cloud; the plan's choice when `None`.
+    pub transport: Option<Transport>,
+}
+
+/// What is asked of the sky.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Sky {
+    /// How directions become texels, and where the eye is.
+    pub sphere: Sphere,
     /// One layer alone (0 = lowest); all when `None`. Light still uses all.
     pub layer: Option<u32>,
     /// Acceptable relative root-mean-square error.
@@ -209,6 +232,7 @@ impl Wanted {
             Self::Shadow(_) => TextureKind::Shadow,
             Self::Irradiance(_) => TextureKind::Irradiance,
             Self::Thickness { .. } => TextureKind::Thickness,
+            Self::Sky(_) => TextureKind::Sky,
         }
     }
 
@@ -217,7 +241,8 @@ impl Wanted {
         match self {
             Self::Cloud(Cloud { tolerance, .. })
             | Self::Shadow(Shadow { tolerance, .. })
-            | Self::Irradiance(Irradiance { tolerance, .. }) => Some(*tolerance),
+            | Self::Irradiance(Irradiance { tolerance, .. })
+            | Self::Sky(Sky { tolerance, .. }) => Some(*tolerance),
             Self::Thickness { .. } => None,
         }
     }
@@ -226,6 +251,7 @@ impl Wanted {
     pub fn method(&self) -> Option<Method> {
         match self {
             Self::Cloud(cloud) => cloud.method,
+            Self::Sky(sky) => sky.method,
             Self::Shadow(_) | Self::Irradiance(_) => self.reference().map(Method::Reference),
             Self::Thickness { .. } => None,
         }
@@ -235,6 +261,7 @@ impl Wanted {
     pub fn reference(&self) -> Option<Reference> {
         match self {
             Self::Cloud(cloud) => cloud.method.and_then(Method::reference),
+            Self::Sky(sky) => sky.method.and_then(Method::reference),
             Self::Shadow(shadow) => shadow.reference,
             Self::Irradiance(Irradiance { light: GroundLight::Reference(reference), .. }) => Some(*reference),
             Self::Irradiance(_) | Self::Thickness { .. } => None,
@@ -245,6 +272,7 @@ impl Wanted {
     pub fn transport(&self) -> Option<Transport> {
         match self {
             Self::Cloud(cloud) => cloud.transport,
+            Self::Sky(sky) => sky.transport,
             Self::Irradiance(Irradiance { light: GroundLight::Fast { transport }, .. }) => *transport,
             Self::Irradiance(_) | Self::Shadow(_) | Self::Thickness { .. } => None,
         }
@@ -253,7 +281,7 @@ impl Wanted {
     /// The one layer that is asked for.
     pub fn layer(&self) -> Option<u32> {
         match self {
-            Self::Cloud(Cloud { layer, .. }) | Self::Thickness { layer } => *layer,
+            Self::Cloud(Cloud { layer, .. }) | Self::Sky(Sky { layer, .. }) | Self::Thickness { layer } => *layer,
             Self::Shadow(_) | Self::Irradiance(_) => None,
         }
     }
@@ -262,7 +290,7 @@ impl Wanted {
     pub fn component(&self) -> Option<Component> {
         match self {
             Self::Irradiance(irradiance) => Some(irradiance.component),
-            Self::Cloud(_) | Self::Shadow(_) | Self::Thickness { .. } => None,
+            Self::Cloud(_) | Self::Shadow(_) | Self::Thickness { .. } | Self::Sky(_) => None,
         }
     }
 
@@ -278,10 +306,27 @@ impl Wanted {
     }
 
     /// How the texels are laid out, where that can be chosen; maps of the domain have no choice.
-    pub fn projection(&self) -> Option<&Projection> {
+    pub fn projection(&self) -> Option<Projection> {
         match self {
-            Self::Cloud(cloud) => Some(&cloud.projection),
+            Self::Cloud(cloud) => Some(Projection::Plane(cloud.plane)),
+            Self::Sky(sky) => Some(Projection::Sphere(sky.sphere)),
             Self::Shadow(_) | Self::Irradiance(_) | Self::Thickness { .. } => None,
+        }
+    }
+
+    /// The plane that is seen, where one is.
+    pub fn plane(&self) -> Option<&Plane> {
+        match self {
+            Self::Cloud(cloud) => Some(&cloud.plane),
+            Self::Shadow(_) | Self::Irradiance(_) | Self::Thickness { .. } | Self::Sky(_) => None,
+        }
+    }
+
+    /// The sphere that is seen, where one is.
+    pub fn sphere(&self) -> Option<&Sphere> {
+        match self {
+            Self::Sky(sky) => Some(&sky.sphere),
+            Self::Cloud(_) | Self::Shadow(_) | Self::Irradiance(_) | Self::Thickness { .. } => None,
         }
     }
 }

@@ -1,27 +1,43 @@
 //! From bytes to text: JSON is UTF-8 (RFC 8259). What is something else is told by name, not by what the parser stumbles
 //! over.
 
+/// Why bytes are no text in UTF-8.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+pub(super) enum EncodingError {
+    /// Another encoding of Unicode, by its name.
+    #[error("the text is {0}; JSON is read as UTF-8")]
+    OtherUnicode(&'static str),
+    /// Compressed.
+    #[error(
+        "the data is compressed by gzip; the text itself is needed, or over HTTP the header Content-Encoding: gzip"
+    )]
+    Gzip,
+    /// Nothing but white space.
+    #[error("there is no text; a scene is a JSON object, at least {{}}")]
+    Empty,
+    /// A byte that UTF-8 does not have at that place.
+    #[error("the text is not UTF-8: the byte 0x{byte:02X} at offset {offset}; JSON is read as UTF-8")]
+    NotUtf8 { byte: u8, offset: usize },
+}
+
 /// The text of a document in UTF-8, without a byte order mark; or what it is instead.
-pub(super) fn utf8(bytes: &[u8]) -> Result<&[u8], String> {
+pub(super) fn utf8(bytes: &[u8]) -> Result<&[u8], EncodingError> {
     const GZIP: &[u8] = &[0x1f, 0x8b];
     let bytes = bytes.strip_prefix("\u{feff}".as_bytes()).unwrap_or(bytes);
     if let Some(encoding) = other_unicode(bytes) {
-        return Err(format!("the text is {encoding}; JSON is read as UTF-8"));
+        return Err(EncodingError::OtherUnicode(encoding));
     }
     if bytes.starts_with(GZIP) {
-        return Err("the data is compressed by gzip; the text itself is needed, or over HTTP the header \
-                    Content-Encoding: gzip"
-            .to_owned());
+        return Err(EncodingError::Gzip);
     }
     if bytes.iter().all(u8::is_ascii_whitespace) {
-        return Err("there is no text; a scene is a JSON object, at least {}".to_owned());
+        return Err(EncodingError::Empty);
     }
     match std::str::from_utf8(bytes) {
         Ok(_) => Ok(bytes),
         Err(error) => {
-            let at = error.valid_up_to();
-            let byte = bytes.get(at).copied().unwrap_or_default();
-            Err(format!("the text is not UTF-8: the byte 0x{byte:02X} at offset {at}; JSON is read as UTF-8"))
+            let offset = error.valid_up_to();
+            Err(EncodingError::NotUtf8 { byte: bytes.get(offset).copied().unwrap_or_default(), offset })
         }
     }
 }

@@ -76,7 +76,7 @@ pub const GROUPS: &[Group] = &[
             number::<AzimuthDeg>("/sun/azimuth_deg", "clockwise from north; kept as 0 to below 360"),
             number::<AngularDiameterDeg>(
                 "/sun/angular_diameter_deg",
-                "across the sun's disc: blurs the edges of shadows; 0 is parallel light, the sun in the sky is 0.533",
+                "across the sun's disc: blurs the edges of shadows; 0 is parallel light; 0.533, the sun's own, is the default in air",
             ),
             colour::<SunIrradiance>(
                 "/atmosphere/sun",
@@ -92,6 +92,43 @@ pub const GROUPS: &[Group] = &[
                  sRGB-decoded unless `linear` is true",
             ),
             field("/layers", Allowed::Other("0 to 4 layers"), "bottom to top: each base must be above the one before"),
+        ],
+    },
+    Group {
+        title: "`sun` over a place",
+        place: "/sun",
+        least: r#"{"sun": {"latitude_deg": 48, "longitude_deg": 11, "utc": "2026-06-21T10:00:00Z"}}"#,
+        fields: &[
+            number::<LatitudeDeg>("/latitude_deg", "north positive"),
+            number::<LongitudeDeg>("/longitude_deg", "east positive"),
+            number::<AltitudeM>("/altitude_m", "above the sea; moves the sun by less than 0.003 degrees"),
+            field(
+                "/utc",
+                Allowed::Other("1600 to 2399, as RFC 3339 writes it"),
+                "when `time` is 0; other offsets than `Z` are taken, and kept as UTC",
+            ),
+        ],
+    },
+    Group {
+        title: "`atmosphere` of air",
+        place: "/atmosphere",
+        least: r#"{"atmosphere": {}}"#,
+        fields: &[
+            number::<AerosolDepth>("/aerosol/optical_depth", "of particles, vertical, at 550 nm"),
+            number::<Angstrom>("/aerosol/angstrom", "the depth goes with wavelength to the power of minus this"),
+            number::<AerosolAsymmetry>(
+                "/aerosol/asymmetry",
+                "mean cosine of the scattering angle, of Henyey and Greenstein's phase function",
+            ),
+            number::<Albedo>("/aerosol/albedo", "single-scattering albedo"),
+            number::<AerosolScaleM>("/aerosol/scale_height_m", "height over which it thins to 1/e"),
+            number::<OzoneDu>("/ozone_du", "column of ozone"),
+            number::<RayleighColumn>("/rayleigh", "column of molecules, relative to the standard one at sea level"),
+            field(
+                "/polarisation",
+                Allowed::Other("`true`, `false`"),
+                "follow the polarisation of light scattered by molecules; without it blue light is up to 8 % off",
+            ),
         ],
     },
     Group {
@@ -235,6 +272,7 @@ fn in_words(value: &Value) -> String {
     match value {
         Value::Number(number) => number.as_f64().map_or_else(String::new, short),
         Value::String(word) => format!("`{word}`"),
+        Value::Bool(value) => format!("`{value}`"),
         Value::Array(list) if list.is_empty() => "none".to_owned(),
         Value::Array(list) if list.iter().all(|item| Some(item) == list.first()) => {
             list.first().map_or_else(String::new, in_words)

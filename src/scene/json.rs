@@ -1,14 +1,25 @@
 //! JSON text to values, strictly: a key that is given twice is an error, since the loser would silently be ignored.
 
-use super::encoding;
+use super::encoding::{self, EncodingError};
 use serde_json::{Map, Number, Value};
 use std::fmt;
 
-/// Parses JSON and refuses duplicate keys. The message says where (line and column) and what was wrong.
-pub(super) fn parse(bytes: &[u8]) -> Result<Value, String> {
+/// Why bytes are no JSON. The message says where (line and column) and what was wrong.
+#[derive(Debug, thiserror::Error)]
+pub(super) enum JsonError {
+    /// Not even text.
+    #[error(transparent)]
+    Encoding(#[from] EncodingError),
+    /// Text, but not JSON, or a key twice.
+    #[error("{error}{hint}")]
+    Syntax { error: serde_json::Error, hint: &'static str },
+}
+
+/// Parses JSON and refuses duplicate keys.
+pub(super) fn parse(bytes: &[u8]) -> Result<Value, JsonError> {
     let text = encoding::utf8(bytes)?;
     let mut reader = serde_json::Deserializer::from_slice(text);
-    let explain = |error: serde_json::Error| format!("{error}{}", hint(text, &error));
+    let explain = |error| JsonError::Syntax { hint: hint(text, &error), error };
     let Strict(value) = serde::Deserialize::deserialize(&mut reader).map_err(explain)?;
     reader.end().map_err(explain)?;
     Ok(value)

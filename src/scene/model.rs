@@ -1,9 +1,12 @@
 //! What a scene is made of: each value is valid, so that later stages need no checks.
 
+use super::air::Atmosphere;
 use super::quantity::*;
 use super::{parse, write};
 use crate::optics::{Mix, PhaseTable};
+use crate::sun::{Place, Utc};
 use sha2::{Digest, Sha256};
+use std::error::Error;
 
 /// One wrong field: where it is and what is allowed there.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -26,6 +29,9 @@ pub enum SceneError {
     Invalid(Vec<FieldError>),
 }
 
+/// Turns what a scene gives for an image into the SHA-256 of the image, or says why it can't.
+pub type Resolve<'a> = &'a mut dyn FnMut(&str) -> Result<String, Box<dyn Error>>;
+
 /// Wrong fields in one line.
 pub(crate) fn list(errors: &[FieldError]) -> String {
     errors.iter().map(|e| format!("{}: {}", e.pointer, e.detail)).collect::<Vec<_>>().join("; ")
@@ -36,7 +42,7 @@ pub(crate) fn list(errors: &[FieldError]) -> String {
 pub struct Scene {
     pub(crate) domain: Domain,
     pub(crate) sun: Sun,
-    pub(crate) light: Light,
+    pub(crate) atmosphere: Atmosphere,
     pub(crate) ground: Ground,
     /// Bottom to top: each base lies above the one before.
     pub(crate) layers: Vec<Layer>,
@@ -51,24 +57,32 @@ pub struct Domain {
     pub resolution: u32,
 }
 
-/// Direction towards the sun.
+/// The sun.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Sun {
-    /// From straight up; above 90 the sun is below the horizon and gives no light.
-    pub zenith_deg: ZenithDeg,
-    /// Clockwise from north.
-    pub azimuth_deg: AzimuthDeg,
+    /// Where it stands.
+    pub stand: SunStand,
     /// Across the disc, which blurs the edges of shadows; 0 is parallel light.
     pub angular_diameter_deg: AngularDiameterDeg,
 }
 
-/// The light above the clouds, linear Rec.709.
+/// Where the sun stands.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Light {
-    /// Irradiance of the sun on a plane facing it.
-    pub sun: [SunIrradiance; 3],
-    /// Radiance of the sky, the same in all directions.
-    pub sky: [SkyRadiance; 3],
+pub enum SunStand {
+    /// Always in one direction.
+    Direction {
+        /// From straight up; above 90 the sun is below the horizon and gives no light.
+        zenith_deg: ZenithDeg,
+        /// Clockwise from north.
+        azimuth_deg: AzimuthDeg,
+    },
+    /// Over a place: it moves with time.
+    Over {
+        /// The place.
+        place: Place,
+        /// When the scene's time is 0.
+        start: Utc,
+    },
 }
 
 /// The ground at z = 0, a diffuse reflector.
@@ -251,10 +265,7 @@ impl Scene {
     ///
     /// # Errors
     /// As [`Scene::from_json`].
-    pub fn with_image_names(
-        text: &[u8],
-        resolve: &mut dyn FnMut(&str) -> Result<String, String>,
-    ) -> Result<Self, SceneError> {
+    pub fn with_image_names(text: &[u8], resolve: Resolve<'_>) -> Result<Self, SceneError> {
         parse::scene(text, resolve)
     }
 
@@ -311,9 +322,9 @@ impl Scene {
         self.layers.iter().map(|layer| layer.droplets.mix()).collect()
     }
 
-    /// Unit vector towards the sun (east, north, up).
-    pub fn sun_direction(&self) -> [f64; 3] {
-        direction(self.sun.zenith_deg.get(), self.sun.azimuth_deg.get())
+    /// Where the sun stands.
+    pub fn sun_stand(&self) -> SunStand {
+        self.sun.stand
     }
 
     /// Side of the domain, metres.

@@ -1,14 +1,13 @@
 //! From JSON to a [`Scene`]: which fields there are, their defaults, and rules between them.
 
+use super::air::{self, Atmosphere};
 use super::model::*;
 use super::quantity::*;
 use super::read::{Object, Reader, describe};
-use super::{json, spelling};
+use super::{json, spelling, sun};
 use crate::optics::PhaseTable;
 use crate::optics::{TABLE_POINTS, TableFault};
 use serde_json::Value;
-
-type Resolve<'a> = &'a mut dyn FnMut(&str) -> Result<String, String>;
 
 /// Kinds of layers.
 pub(super) const LAYER_KINDS: [&str; 1] = ["stratiform"];
@@ -19,7 +18,7 @@ const BASE_M: f64 = 1000.0;
 
 pub(super) fn scene(text: &[u8], resolve: Resolve<'_>) -> Result<Scene, SceneError> {
     within_bytes(text.len(), "")?;
-    let value = json::parse(text).map_err(SceneError::Unreadable)?;
+    let value = json::parse(text).map_err(|error| SceneError::Unreadable(error.to_string()))?;
     let mut reader = Reader::default();
     let scene = root(&mut reader, &value, resolve);
     match scene {
@@ -48,11 +47,11 @@ fn default<Q: Quantity>(value: f64) -> Option<Q> {
 fn root(reader: &mut Reader, value: &Value, resolve: Resolve<'_>) -> Option<Scene> {
     let root = reader.object(value, "", &["domain", "sun", "atmosphere", "ground", "layers"])?;
     let domain = domain(reader, &root);
-    let sun = sun(reader, &root);
-    let light = light(reader, &root);
+    let atmosphere = air::read(reader, &root);
+    let sun = sun::read(reader, &root, matches!(atmosphere, Some(Atmosphere::Air(_))));
     let ground = ground(reader, &root, resolve);
     let layers = layers(reader, &root, resolve);
-    Some(Scene { domain: domain?, sun: sun?, light: light?, ground: ground?, layers: layers? })
+    Some(Scene { domain: domain?, sun: sun?, atmosphere: atmosphere?, ground: ground?, layers: layers? })
 }
 
 fn domain(reader: &mut Reader, root: &Object<'_>) -> Option<Domain> {
@@ -65,35 +64,6 @@ fn domain(reader: &mut Reader, root: &Object<'_>) -> Option<Domain> {
         extent_m: reader.number_or(&domain, "extent_m", fallback.extent_m),
         resolution: reader.integer_or(&domain, "resolution", (1, Scene::MAX_SIDE), fallback.resolution),
     })
-}
-
-fn sun(reader: &mut Reader, root: &Object<'_>) -> Option<Sun> {
-    let fallback =
-        Sun { zenith_deg: default(50.0)?, azimuth_deg: default(180.0)?, angular_diameter_deg: default(0.0)? };
-    if !root.has("sun") {
-        return Some(fallback);
-    }
-    let sun = reader.child(root, "sun", &["zenith_deg", "azimuth_deg", "angular_diameter_deg"])?;
-    Some(Sun {
-        zenith_deg: reader.number_or(&sun, "zenith_deg", fallback.zenith_deg),
-        azimuth_deg: reader.number_or(&sun, "azimuth_deg", fallback.azimuth_deg),
-        angular_diameter_deg: reader.number_or(&sun, "angular_diameter_deg", fallback.angular_diameter_deg),
-    })
-}
-
-/// By default a clear noon in klx and kcd/m², so that a scene of clouds alone looks like a day.
-fn light(reader: &mut Reader, root: &Object<'_>) -> Option<Light> {
-    let fallback = Light {
-        sun: [default(98.0)?, default(94.0)?, default(87.0)?],
-        sky: [default(2.6)?, default(3.8)?, default(6.2)?],
-    };
-    if !root.has("atmosphere") {
-        return Some(fallback);
-    }
-    let air = reader.child(root, "atmosphere", &["sun", "sky"])?;
-    let sun = air.value("sun").map_or(Some(fallback.sun), |value| reader.colour(value, &air.at("sun")));
-    let sky = air.value("sky").map_or(Some(fallback.sky), |value| reader.colour(value, &air.at("sky")));
-    Some(Light { sun: sun?, sky: sky? })
 }
 
 fn ground(reader: &mut Reader, root: &Object<'_>, resolve: Resolve<'_>) -> Option<Ground> {
@@ -129,7 +99,7 @@ fn image(reader: &mut Reader, object: &Object<'_>, resolve: Resolve<'_>) -> Opti
         }
         return None;
     };
-    let name = resolve(name).map_err(|why| reader.wrong(object.at("image"), why)).ok()?;
+    let name = resolve(name).map_err(|why| reader.wrong(object.at("image"), why.to_string())).ok()?;
     let is_hash = name.len() == 64 && name.bytes().all(|b| b.is_ascii_digit() || (b'a'..=b'f').contains(&b));
     if !is_hash {
         reader.wrong(object.at("image"), format!("\"{name}\" is not a SHA-256: 64 lower-case hexadecimal digits"));

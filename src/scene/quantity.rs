@@ -57,12 +57,30 @@ quantities! {
     ZenithDeg: 0.0..=180.0, "degrees";
     /// Clockwise from north; kept as 0 to below 360, as -90 and 270 are one direction.
     AzimuthDeg: -360.0..=360.0, "degrees", within_a_turn;
+    /// Of a place, north positive.
+    LatitudeDeg: -90.0..=90.0, "degrees";
+    /// Of a place, east positive.
+    LongitudeDeg: -180.0..=180.0, "degrees";
+    /// Of a place above the sea.
+    AltitudeM: -500.0..=11_000.0, "m";
     /// Angle across the sun's disc; 0 is parallel light.
     AngularDiameterDeg: 0.0..=10.0, "degrees";
     /// Irradiance of the sun on a plane that faces it, above the clouds: klx or the caller's own unit.
     SunIrradiance: 0.0..=1e6, "";
     /// Radiance of the uniform sky: kcd/m² or the caller's own unit.
     SkyRadiance: 0.0..=1e6, "";
+    /// Vertical optical depth of aerosol at 550 nm: up to what the air's tables were measured for.
+    AerosolDepth: 0.0..=1.0, "";
+    /// Exponent of wavelength in the optical depth of aerosol.
+    Angstrom: 0.0..=3.0, "";
+    /// Asymmetry of aerosol: sharper forward peaks have more moments than the air's tables hold.
+    AerosolAsymmetry: 0.0..=0.84, "";
+    /// Height over which aerosol thins to 1/e.
+    AerosolScaleM: 100.0..=10_000.0, "m";
+    /// Column of ozone.
+    OzoneDu: 0.0..=1000.0, "Dobson units";
+    /// Column of molecules, relative to the standard one at sea level.
+    RayleighColumn: 0.0..=2.0, "";
     /// Part of light that is not absorbed.
     Albedo: 0.0..=1.0, "";
     /// Height of a cloud base above ground.

@@ -2,17 +2,14 @@
 
 use super::model::*;
 use super::quantity::Quantity;
+use super::{air, sun};
 use serde_json::{Value, json};
 
 pub(super) fn scene(scene: &Scene) -> Value {
     json!({
         "domain": { "extent_m": scene.domain.extent_m.get(), "resolution": scene.domain.resolution },
-        "sun": {
-            "zenith_deg": scene.sun.zenith_deg.get(),
-            "azimuth_deg": scene.sun.azimuth_deg.get(),
-            "angular_diameter_deg": scene.sun.angular_diameter_deg.get(),
-        },
-        "atmosphere": { "sun": colour(scene.light.sun), "sky": colour(scene.light.sky) },
+        "sun": sun::write(&scene.sun),
+        "atmosphere": air::write(&scene.atmosphere),
         "ground": { "albedo": match &scene.ground.albedo {
             GroundAlbedo::Uniform(albedo) => colour(*albedo),
             GroundAlbedo::Map { image, linear } => json!({ "image": image.0, "linear": linear }),

@@ -1,10 +1,8 @@
-//! Methods of slab light: what each keeps for one droplet mix and one sun, and its shader.
+//! Methods of slab light on the device: what each keeps for one droplet mix and one sun, and its shader.
 
 use crate::gpu::shaders::{self, Shader};
 use crate::gpu::{Bind, Gpu, Target, binds};
-use crate::plan::SlabMethod;
-use crate::slice::{self, DeviceSlice, DeviceTables, HostSlice};
-use crate::tables::MixTables;
+use crate::slice::{self, DeviceSlice, DeviceTables, HostSlab};
 use std::sync::Arc;
 
 /// A method, made for one droplet mix and one sun. Clones are the same.
@@ -17,18 +15,11 @@ pub(crate) enum SlabLight {
 }
 
 impl SlabLight {
-    /// Makes a method's textures. `ratio`: extinctions relative to that at 550 nm; `cosine` of the sun's zenith. Radiance tables
-    /// are made here if nobody made them before.
-    pub(crate) fn make(gpu: &Gpu, method: SlabMethod, tables: &MixTables, ratio: [f64; 3], cosine: f64) -> Self {
-        match method {
-            SlabMethod::Analytic => {
-                let closure = slice::closure(tables, ratio, cosine);
-                Self::Analytic(Arc::new(slice::upload(gpu, "closure", &closure)))
-            }
-            SlabMethod::Tabulated(detail) => {
-                let slice = HostSlice::new(&tables.radiance(detail, &|_| ()), ratio, cosine);
-                Self::Tabulated(Arc::new(DeviceSlice::new(gpu, &slice)))
-            }
+    /// Brings what a method keeps to the device.
+    pub(crate) fn new(gpu: &Gpu, host: &HostSlab) -> Self {
+        match host {
+            HostSlab::Analytic(closure) => Self::Analytic(Arc::new(slice::upload(gpu, "closure", closure))),
+            HostSlab::Tabulated(slice) => Self::Tabulated(Arc::new(DeviceSlice::new(gpu, slice))),
         }
     }
 
@@ -37,6 +28,14 @@ impl SlabLight {
         match self {
             Self::Analytic(_) => &shaders::CLOUD_ANALYTIC,
             Self::Tabulated(_) => &shaders::CLOUD_TABULATED,
+        }
+    }
+
+    /// The shader of the clouds of a sky.
+    pub(crate) fn sky_shader(&self) -> &'static Shader {
+        match self {
+            Self::Analytic(_) => &shaders::SKY_ANALYTIC,
+            Self::Tabulated(_) => &shaders::SKY_TABULATED,
         }
     }
 

@@ -45,7 +45,7 @@ pub(crate) fn trace_ground(
             phase: tables.channels.each_ref().map(|channel| &channel.phase),
         })
         .collect();
-    let ground = GroundMap::new(&job.scene().ground.albedo, job.images()).map_err(RenderError::MissingImage)?;
+    let ground = GroundMap::new(&job.scene().ground.albedo, job.images())?;
     let light = &moment.illumination;
     let scene = RgbScene {
         layers: &layers,

@@ -10,4 +10,5 @@ mod frames;
 mod harness;
 mod images;
 mod lifecycle;
+mod sun;
 mod textures;

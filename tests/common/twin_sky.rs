@@ -1,4 +1,5 @@
 //! Small skies whose passes are compared with their twins.
+#![allow(dead_code, reason = "each test binary uses its part")]
 
 use serde_json::{Value, json};
 use skyloom::image::{Image, ImageEncoding, sha256_hex};

@@ -6,7 +6,7 @@ use proptest::test_runner::Config;
 use serde_json::{Value, json};
 use skyloom::gpu::layout::View;
 use skyloom::optics::gauss_legendre;
-use skyloom::reference::{Map, cloud, cloud_analytic};
+use skyloom::reference::{Map, cloud, cloud_analytic, cloud_plane};
 use skyloom::render::{Stages, Watch};
 use std::f64::consts::{FRAC_PI_2, PI};
 
@@ -138,7 +138,6 @@ impl Twin {
         let even = |light: &[[f32; 3]]| Map::from_f32(1, 1, 3, &light[0]);
         let (from_below, from_above_light) = (even(&self.stages.light.from_below), even(&self.stages.light.from_above));
         let maps = cloud::Maps {
-            thickness,
             transmittance,
             reflectance,
             from_below: &from_below,
@@ -147,7 +146,8 @@ impl Twin {
         };
         let method = cloud_analytic::Maps { closure, phase, aureole };
         let frame = &self.stages.frame;
-        let texel = cloud::main(frame, &view, &maps, |ray, _| cloud_analytic::sunlight(frame, &method, ray));
+        let texel =
+            cloud_plane::main(frame, &view, thickness, &maps, |ray| cloud_analytic::sunlight(frame, &method, ray));
         (texel[1], texel[3])
     }
 

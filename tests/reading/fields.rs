@@ -37,7 +37,6 @@ fn partial_objects_take_the_other_defaults() {
         ("/sun", json!({})),
         ("/atmosphere", json!({ "sun": [7, 7, 7] })),
         ("/atmosphere", json!({ "sky": [7, 7, 7] })),
-        ("/atmosphere", json!({})),
         ("/ground", json!({})),
         ("/layers/0/droplets", json!({ "broadness": 7 })),
         ("/layers/0/droplets", json!({})),

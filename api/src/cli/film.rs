@@ -88,7 +88,7 @@ fn kind(output: &Path) -> Result<Kind, Fault> {
 
 /// Red, green and blue of each pixel, before a background.
 struct Picture {
-    side: u32,
+    size: [u32; 2],
     pixels: Vec<u8>,
 }
 
@@ -104,21 +104,23 @@ impl Picture {
             let [r, g, b, a] = pixel.0;
             [mix(r, behind[0], a), mix(g, behind[1], a), mix(b, behind[2], a)]
         };
-        Ok(Self { side: picture.width(), pixels: picture.pixels().flat_map(pixel).collect() })
+        Ok(Self { size: [picture.width(), picture.height()], pixels: picture.pixels().flat_map(pixel).collect() })
     }
 }
 
 /// `back`: the frames come again in reverse, so that the last is followed by the first without a cut.
 fn animation(pictures: &[Picture], fps: f64, back: bool) -> Result<Vec<u8>, Fault> {
     let failed = |error: gif::EncodingError| Fault::Failure(error.to_string());
-    let side = pictures.first().map_or(1, |picture| picture.side);
-    let side = u16::try_from(side).map_err(|error| Fault::Usage(format!("{side} pixels a side; a GIF: {error}")))?;
+    let fits =
+        |side| u16::try_from(side).map_err(|error| Fault::Usage(format!("{side} pixels a side; a GIF: {error}")));
+    let [width, height] = pictures.first().map_or([1; 2], |picture| picture.size);
+    let (width, height) = (fits(width)?, fits(height)?);
     let mut bytes = Vec::new();
-    let mut encoder = Encoder::new(&mut bytes, side, side, &[]).map_err(failed)?;
+    let mut encoder = Encoder::new(&mut bytes, width, height, &[]).map_err(failed)?;
     encoder.set_repeat(Repeat::Infinite).map_err(failed)?;
     let again = if back { pictures.get(1..pictures.len().saturating_sub(1)).unwrap_or_default() } else { &[] };
     for picture in pictures.iter().chain(again.iter().rev()) {
-        let mut frame = Frame::from_rgb_speed(side, side, &picture.pixels, COLOUR_SEARCH);
+        let mut frame = Frame::from_rgb_speed(width, height, &picture.pixels, COLOUR_SEARCH);
         // Hundredths of a second; viewers slow down what is faster than two of them.
         frame.delay = (100.0 / fps).round().clamp(2.0, 1000.0) as u16;
         encoder.write_frame(&frame).map_err(failed)?;
@@ -130,14 +132,15 @@ fn animation(pictures: &[Picture], fps: f64, back: bool) -> Result<Vec<u8>, Faul
 /// Pictures in rows, about twice as wide as high, a gap of two pixels between them.
 fn strip(pictures: &[Picture]) -> Result<Vec<u8>, Fault> {
     const GAP: usize = 2;
-    let side = pictures.first().map_or(1, |picture| picture.side) as usize;
-    let columns = ((2.0 * pictures.len() as f64).sqrt().round() as usize).clamp(1, pictures.len().max(1));
+    let [across, down] = pictures.first().map_or([1; 2], |picture| picture.size).map(|side| side as usize);
+    let wide = (2.0 * (pictures.len() * down) as f64 / across as f64).sqrt();
+    let columns = (wide.round() as usize).clamp(1, pictures.len().max(1));
     let rows = pictures.len().div_ceil(columns).max(1);
-    let [width, height] = [columns, rows].map(|count| count * (side + GAP) - GAP);
+    let (width, height) = (columns * (across + GAP) - GAP, rows * (down + GAP) - GAP);
     let mut pixels = vec![255_u8; 3 * width * height];
     for (i, picture) in pictures.iter().enumerate() {
-        let (left, top) = ((i % columns) * (side + GAP), (i / columns) * (side + GAP));
-        for (y, row) in picture.pixels.chunks(3 * side).enumerate() {
+        let (left, top) = ((i % columns) * (across + GAP), (i / columns) * (down + GAP));
+        for (y, row) in picture.pixels.chunks(3 * across).enumerate() {
             let at = 3 * ((top + y) * width + left);
             if let Some(target) = pixels.get_mut(at..at + row.len()) {
                 target.copy_from_slice(row);
@@ -152,10 +155,15 @@ fn strip(pictures: &[Picture]) -> Result<Vec<u8>, Fault> {
     Ok(bytes)
 }
 
+/// What is no colour.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("{0:?} is no colour such as #2c3f63")]
+pub(super) struct NoColour(String);
+
 /// A colour as `#rrggbb`.
-pub(super) fn colour(text: &str) -> Result<[u8; 3], String> {
+pub(super) fn colour(text: &str) -> Result<[u8; 3], NoColour> {
     let digits = text.strip_prefix('#').unwrap_or(text);
-    let wrong = || format!("{text:?} is no colour such as #2c3f63");
+    let wrong = || NoColour(text.to_owned());
     if digits.len() != 6 || !digits.is_ascii() {
         return Err(wrong());
     }

@@ -1,5 +1,6 @@
 //! `skyloom render`: one texture into a file.
 
+use std::error::Error;
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, PoisonError};
@@ -7,7 +8,7 @@ use std::time::{Duration, Instant};
 
 use clap::ArgMatches;
 use indicatif::{ProgressBar, ProgressStyle};
-use skyloom::image::sha256_hex;
+use skyloom::image::{ImageError, sha256_hex};
 use skyloom::plan::{Choice, Plan, expected_error, meets_tolerance};
 use skyloom::render::{Fault as Whose, Images, Job, RenderError, Renderer, RendererOptions, Texture, Watch};
 use skyloom::request::{QUERY_PARAMETERS, Request, RequestError};
@@ -142,26 +143,34 @@ pub(super) fn scene_path(options: &ArgMatches) -> Result<&Path, Fault> {
     path.map(PathBuf::as_path).ok_or_else(|| Fault::Usage("which scene?".to_owned()))
 }
 
+/// Why an image that a scene names cannot be had.
+#[derive(Debug, thiserror::Error)]
+enum NoImage {
+    #[error("an image stored at a server; name the image file by its path instead of {0}")]
+    AtServer(String),
+    #[error("{}: {}", .0.display(), .1)]
+    File(PathBuf, std::io::Error),
+    #[error("{}: {}", .0.display(), .1)]
+    Decoding(PathBuf, ImageError),
+}
+
 /// Reads a scene and the images that it names by path, which have to hold what the scene takes them for.
 pub(super) fn read_scene(path: &Path, unknown: Unknown) -> Result<(Scene, Images), Fault> {
     let text = read(path).map_err(|error| Fault::Usage(format!("{}: {error}", path.display())))?;
     let folder = path.parent().unwrap_or(Path::new(""));
     let limits = Limits::default();
     let mut images = Images::new();
-    let mut resolve = |name: &str| {
+    let mut resolve = |name: &str| -> Result<String, Box<dyn Error>> {
         let file = folder.join(name);
         let is_digest = files::is_hex(name, 64);
         if is_digest && !file.exists() {
             return match unknown {
                 Unknown::Kept => Ok(name.to_owned()),
-                Unknown::Refused => {
-                    Err(format!("an image stored at a server; name the image file by its path instead of {name}"))
-                }
+                Unknown::Refused => Err(NoImage::AtServer(name.to_owned()).into()),
             };
         }
-        let bytes = std::fs::read(&file).map_err(|error| format!("{}: {error}", file.display()))?;
-        let image =
-            skyloom::image::decode(&bytes, &limits.image()).map_err(|error| format!("{}: {error}", file.display()))?;
+        let bytes = std::fs::read(&file).map_err(|error| NoImage::File(file.clone(), error))?;
+        let image = skyloom::image::decode(&bytes, &limits.image()).map_err(|error| NoImage::Decoding(file, error))?;
         let sha256 = sha256_hex(&bytes);
         images.insert(sha256.clone(), Arc::new(image));
         Ok(sha256)

@@ -2,6 +2,7 @@
 
 use crate::chart::random::Random;
 use crate::exchange::{Exchanged, Kernel, Problem, Solver, exchange};
+use crate::periodic::bilinear;
 use rustfft::FftPlanner;
 use rustfft::num_complex::Complex;
 use std::f64::consts::TAU;
@@ -116,15 +117,10 @@ fn fractal(side: usize, seed: u64) -> Vec<f64> {
 /// Bilinear samples of a map of `side` texels at the middles of those of one `factor` times as fine.
 pub(super) fn finer(map: &Map, side: usize, factor: usize) -> Map {
     let fine = side * factor;
-    let axis = |i: usize| {
-        let place = (i as f64 + 0.5) / factor as f64 - 0.5;
-        let low = place.floor().rem_euclid(side as f64) as usize;
-        (low, (low + 1) % side, (place - place.floor()) as f32)
-    };
+    let middle = |i: usize| (i as f64 + 0.5) / fine as f64;
     let texel = |i: usize| {
-        let ((left, right, x), (top, bottom, y)) = (axis(i % fine), axis(i / fine));
-        let row = |row: usize, c: usize| map[row * side + left][c] * (1.0 - x) + map[row * side + right][c] * x;
-        [0, 1, 2].map(|c| row(top, c) * (1.0 - y) + row(bottom, c) * y)
+        let place = [middle(i % fine), middle(i / fine)];
+        bilinear([side; 2], place, |x, y| map[y * side + x].map(f64::from)).map(|value| value as f32)
     };
     (0..fine * fine).map(texel).collect()
 }

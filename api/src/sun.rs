@@ -1,0 +1,77 @@
+//! The sun of a sky at a time: where it stands and what light it gives, apart from the textures, as engines want it.
+
+use crate::app::{App, blocking};
+use crate::problem::{ApiError, field_problems};
+use crate::replies::Stopped;
+use crate::textures;
+use axum::Json;
+use axum::extract::{Path, Query, State};
+use axum::http::header;
+use axum::response::{IntoResponse as _, Response};
+use serde_json::{Value, json};
+use skyloom::request::RequestError;
+use skyloom::scene::SunStand;
+use skyloom::sun::{SolarDay, SunError, SunPosition};
+use skyloom::{Job, Request, Scene};
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
+
+/// Answers `GET /v1/skies/{id}/sun.json`.
+pub async fn get(
+    State(app): State<Arc<App>>,
+    Path(id): Path<String>,
+    Query(query): Query<Vec<(String, String)>>,
+) -> Result<Response, ApiError> {
+    let scene = app.sky(&id).await?;
+    if let Some((name, _)) = query.iter().find(|(name, _)| name != "time") {
+        let detail = "unknown parameter; there is time".to_owned();
+        return Err(ApiError::InvalidQuery(vec![crate::problem::FieldProblem { pointer: name.clone(), detail }]));
+    }
+    // The shadow needs nothing but the sun.
+    let request = Request::parse("shadow", "f32", &query).map_err(|error| match error {
+        RequestError::Invalid(errors) => ApiError::InvalidQuery(field_problems(errors)),
+        other => ApiError::Internal(other.to_string()),
+    })?;
+    let images = textures::images(&app, &scene).await?;
+    match textures::tables(&app, &scene, &images, &request, &AtomicBool::new(false)).await {
+        Ok(()) => {}
+        Err(Stopped::Error(error)) => return Err(error),
+        Err(Stopped::Cancelled) => return Err(ApiError::Deadline),
+    }
+    let library = Arc::clone(&app.library);
+    let answer = blocking(move || {
+        let job = Job::prepare(Arc::clone(&scene), request, &images, &library, &|_| ());
+        let job = job.map_err(|error| ApiError::Internal(error.to_string()))?;
+        describe(&scene, &job).map_err(|error| ApiError::Internal(error.to_string()))
+    });
+    Ok(([(header::CACHE_CONTROL, "no-cache")], Json(answer.await?)).into_response())
+}
+
+fn describe(scene: &Scene, job: &Job) -> Result<Value, SunError> {
+    let light = job.illumination();
+    let [east, north, up] = light.towards_sun;
+    let time_s = job.request().time_s;
+    let azimuth_deg = east.atan2(north).to_degrees().rem_euclid(360.0);
+    let unit = if job.air().is_some() { "klx" } else { "the scene's unit of irradiance" };
+    let mut answer = json!({
+        "time_s": time_s,
+        "zenith_deg": up.clamp(-1.0, 1.0).acos().to_degrees(),
+        // -1e-300 degrees would come out as 360.
+        "azimuth_deg": if azimuth_deg < 360.0 { azimuth_deg } else { 0.0 },
+        "direction": light.towards_sun,
+        "angular_diameter_deg": light.sun_diameter.to_degrees(),
+        "irradiance": { "facing_the_sun": light.beam, "horizontal": light.direct(), "sky": light.total().iter().zip(light.direct()).map(|(total, direct)| total - direct).collect::<Vec<_>>(),
+            "unit": unit, "at": if scene.layer_count() > 0 { "the highest cloud base" } else { "the ground" } },
+    });
+    if let SunStand::Over { place, start } = scene.sun_stand() {
+        let utc = start.after(time_s)?;
+        let day = SolarDay::of(place, utc)?;
+        let text = |instant: Option<skyloom::sun::Utc>| instant.map(|instant| instant.to_string());
+        answer["apparent_zenith_deg"] = json!(SunPosition::at(place, utc)?.apparent_zenith_deg);
+        answer["utc"] = json!(utc.to_string());
+        answer["day"] = json!({
+            "sunrise": text(day.sunrise), "noon": day.noon.to_string(), "sunset": text(day.sunset), "up_at_noon": day.up_at_noon,
+        });
+    }
+    Ok(answer)
+}

@@ -1,0 +1,111 @@
+//! Air above a lower boundary, and the sun's beam in it.
+
+use std::f64::consts::PI;
+use std::fmt;
+use std::sync::Arc;
+
+use super::depth::DepthTable;
+use super::geometry::{TOP_M, sin_dip};
+use super::profile::{Medium, Profile};
+
+/// Angular radius of the sun's disc, radians (0.2666 degrees at one astronomical unit).
+const SUN_RADIUS: f64 = 0.004_653;
+
+/// Albedo for a beam by the cosine of its zenith angle.
+pub type BeamAlbedo = Arc<dyn Fn(f64) -> f64 + Send + Sync>;
+
+/// What ends the air below: the ground, or the top of a cloud layer. It reflects as a matt surface.
+#[derive(Clone)]
+pub struct Boundary {
+    /// Height above sea level, m; 0 for the ground.
+    pub height_m: f64,
+    /// Albedo for the sun's beam, 0 to 1.
+    pub beam_albedo: BeamAlbedo,
+    /// Albedo for diffuse light, 0 to 1.
+    pub diffuse_albedo: f64,
+}
+
+impl Boundary {
+    /// Matt ground at sea level.
+    #[must_use]
+    pub fn ground(albedo: f64) -> Self {
+        Self { height_m: 0.0, beam_albedo: Arc::new(move |_| albedo), diffuse_albedo: albedo }
+    }
+}
+
+impl fmt::Debug for Boundary {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Boundary")
+            .field("height_m", &self.height_m)
+            .field("diffuse_albedo", &self.diffuse_albedo)
+            .finish_non_exhaustive()
+    }
+}
+
+/// Air above a boundary with its table of optical depth.
+#[derive(Clone, Debug)]
+pub struct Air {
+    /// What scatters and absorbs.
+    pub medium: Medium,
+    /// Its coefficients by height.
+    pub profile: Profile,
+    /// What lies below.
+    pub boundary: Boundary,
+    /// Optical depth to the top.
+    pub depth: DepthTable,
+}
+
+impl Air {
+    /// Tabulates the optical depth of a medium above a boundary.
+    #[must_use]
+    pub fn new(medium: Medium, boundary: Boundary) -> Self {
+        let depth = DepthTable::new(&medium, boundary.height_m);
+        Self { profile: medium.profile(), medium, boundary, depth }
+    }
+
+    /// Height of the boundary, m.
+    #[must_use]
+    pub fn floor_m(&self) -> f64 {
+        self.boundary.height_m
+    }
+
+    /// Beam irradiance on the boundary per unit sun.
+    #[must_use]
+    pub fn beam_on_boundary(&self, sun_cosine: f64) -> f64 {
+        if sun_cosine > 0.0 { sun_cosine * self.depth.transmittance(self.floor_m(), sun_cosine) } else { 0.0 }
+    }
+
+    /// Transmittance for the whole disc of the sun: within its radius of the horizon only a part of it is up.
+    ///
+    /// The part's light is that of the middle of its height. No refraction.
+    #[must_use]
+    pub fn disc_transmittance(&self, height_m: f64, sun_cosine: f64) -> f64 {
+        let horizon = -sin_dip(height_m, self.floor_m()).clamp(-1.0, 1.0).asin();
+        let elevation = sun_cosine.clamp(-1.0, 1.0).asin() - horizon;
+        let visible = visible_part(elevation / SUN_RADIUS);
+        if visible <= 0.0 {
+            return 0.0;
+        }
+        let middle = if elevation < SUN_RADIUS { 0.5 * (elevation + SUN_RADIUS) } else { elevation };
+        visible * self.depth.transmittance(height_m, (horizon + middle).sin())
+    }
+}
+
+/// Share of a disc above a straight horizon; `elevation` of its centre in radii.
+fn visible_part(elevation: f64) -> f64 {
+    let x = elevation.clamp(-1.0, 1.0);
+    ((-x).acos() + x * (1.0 - x * x).max(0.0).sqrt()) / PI
+}
+
+/// Share of the light of twilight that is kept: 1 while the sun is less than 18 degrees below the horizon, 0 from 19
+/// on.
+///
+/// Beyond, refraction and the air's own light, which are not modelled, matter more than scattered sunlight. An eye
+/// above the air looks down on its edge, and sees it lit as much longer as that lies below the horizontal.
+#[must_use]
+pub fn twilight(height_m: f64, sun_cosine: f64) -> f64 {
+    let edge = sin_dip(height_m, TOP_M).clamp(0.0, 1.0).asin();
+    let below_deg = (-sun_cosine.clamp(-1.0, 1.0).asin() - edge).to_degrees();
+    let t = (19.0 - below_deg).clamp(0.0, 1.0);
+    t * t * (3.0 - 2.0 * t)
+}

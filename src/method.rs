@@ -1,0 +1,167 @@
+//! The methods between which a plan picks and which a request can force. Each is a value: what a stage, a twin or a chart
+//! knows of it is found by an exhaustive match, or by going through `ALL`.
+
+use crate::tables::Detail;
+
+/// Names of an enum's values, cheap to exact, from one table.
+macro_rules! named {
+    ($type:ident: $first:ident = $first_name:literal $(, $variant:ident $(($of:expr))? = $name:literal)+) => {
+        impl $type {
+            /// Every method, by its name, cheap to exact.
+            pub const ALL: [(&'static str, Self); [$first_name $(, $name)+].len()] =
+                [($first_name, Self::$first) $(, ($name, Self::$variant $(($of))?))+];
+            /// The names in a row.
+            pub(crate) const WORDS: &'static str = concat!($first_name $(, " | ", $name)+);
+
+            /// Its name.
+            pub const fn name(self) -> &'static str {
+                match self {
+                    Self::$first { .. } => $first_name,
+                    $(Self::$variant { .. } => $name,)+
+                }
+            }
+        }
+    };
+}
+
+/// How slab light is computed, as a request asks for it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Method {
+    /// The model of 2006, repaired: orders 0, 1, 2 in closed form; all higher orders isotropic, closed against the paper's
+    /// fluxes for its own droplets (7 um, broadness 2), against exact ones for others.
+    Analytic,
+    /// Single scattering exact; all the rest from tables of the exact solution.
+    Tabulated,
+    /// Monte Carlo: minutes, for comparisons. A slab for every texel of a cloud; all layers in three dimensions for light
+    /// on the ground.
+    Reference(Reference),
+}
+
+named! {
+    Method:
+    Analytic = "analytic",
+    Tabulated = "tabulated",
+    Reference(Reference { seed: Reference::SEED }) = "reference"
+}
+
+/// Settings of the method "reference".
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Reference {
+    /// Of its random numbers: other seeds give other noise.
+    pub seed: u32,
+}
+
+impl Reference {
+    /// Seed unless another is asked for.
+    pub const SEED: u32 = 1;
+}
+
+impl Method {
+    /// The methods that a device runs: all but Monte Carlo.
+    pub fn fast() -> impl Iterator<Item = Self> {
+        Self::ALL.into_iter().map(|(_, method)| method).filter(|method| method.reference().is_none())
+    }
+
+    /// Its settings, if it is the reference.
+    pub fn reference(self) -> Option<Reference> {
+        match self {
+            Self::Reference(reference) => Some(reference),
+            Self::Analytic | Self::Tabulated => None,
+        }
+    }
+}
+
+/// A fast method of slab light with the size of its tables: what a plan settles on.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum SlabMethod {
+    /// Closed forms of the first orders.
+    Analytic,
+    /// Tables of the exact solution, of a size.
+    Tabulated(Detail),
+}
+
+impl SlabMethod {
+    /// Every one, cheap to exact.
+    pub const ALL: [Self; 4] = [
+        Self::Analytic,
+        Self::Tabulated(Detail::Coarse),
+        Self::Tabulated(Detail::Fine),
+        Self::Tabulated(Detail::Finest),
+    ];
+
+    /// What a request asks for to get it, in one of its sizes.
+    pub fn asked_as(self) -> Method {
+        match self {
+            Self::Analytic => Method::Analytic,
+            Self::Tabulated(_) => Method::Tabulated,
+        }
+    }
+
+    /// Its name with its size.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Analytic => "analytic",
+            Self::Tabulated(Detail::Coarse) => "tabulated coarse",
+            Self::Tabulated(Detail::Fine) => "tabulated fine",
+            Self::Tabulated(Detail::Finest) => "tabulated finest",
+        }
+    }
+
+    /// Expected relative error of radiance, root mean square; docs/charts/slab.csv, with a margin. Within 10 degrees of the
+    /// sun the two finer sizes err by up to 2.5 times as much.
+    pub fn error(self) -> f64 {
+        match self {
+            Self::Analytic => 0.9,
+            Self::Tabulated(Detail::Coarse) => 0.03,
+            Self::Tabulated(Detail::Fine) => 0.006,
+            Self::Tabulated(Detail::Finest) => 0.002,
+        }
+    }
+
+    /// Size of the radiance tables that it reads, if it does.
+    pub fn detail(self) -> Option<Detail> {
+        match self {
+            Self::Analytic => None,
+            Self::Tabulated(detail) => Some(detail),
+        }
+    }
+
+    /// The cheapest that errs by no more than a tolerance, or else the most exact; of those that a request asks for by `method`.
+    pub(crate) fn within(tolerance: f64, method: Option<Method>) -> Self {
+        let asked: Vec<_> =
+            Self::ALL.into_iter().filter(|slab| method.is_none_or(|method| slab.asked_as() == method)).collect();
+        let fits = asked.iter().find(|slab| slab.error() <= tolerance);
+        fits.or(asked.last()).copied().unwrap_or(Self::Analytic)
+    }
+}
+
+/// How sunlight is carried through a cloud that is not the same everywhere.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Transport {
+    /// Each column by itself, as if its neighbours were like it (independent columns): what most renderers do. For
+    /// comparison.
+    Columns,
+    /// A column as deep as the slanted ray to the sun that ends at its base (tilted independent columns); seen from above,
+    /// slopes without their shadows.
+    Tilted,
+    /// Columns lit by what enters around them: the sunlit parts of the cloud's top, blurred as light spreads.
+    Entry,
+    /// The mean of the two above: each errs where the other does not.
+    Blended,
+}
+
+named! { Transport: Columns = "columns", Tilted = "tilted", Entry = "entry", Blended = "blended" }
+
+impl Transport {
+    /// Relative error of light at the base of uneven cloud, root mean square over texels, against Monte Carlo in three
+    /// dimensions: mean over a closed and a broken field and suns at 60 and 80 degrees, rounded up (docs/charts/light.csv).
+    /// On the ground a kilometre below it is a fraction of that.
+    pub fn error(self) -> f64 {
+        match self {
+            Self::Columns => 0.57,
+            Self::Tilted => 0.43,
+            Self::Entry => 0.60,
+            Self::Blended => 0.34,
+        }
+    }
+}

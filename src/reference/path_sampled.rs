@@ -1,0 +1,71 @@
+//! Cloud along a ray by samples of a map with mip levels. Twin of `shaders/shared/path_sampled.wgsl`.
+
+use super::frame::{MIN_COSINE, vec2};
+use super::map::Map;
+use crate::gpu::layout::Frame;
+use glam::{DVec2, DVec3, dvec2};
+
+/// Samples along a ray through the layer, at most.
+pub const PATH_MOST_STEPS: f64 = 1024.0;
+
+/// Cloud along a ray, metres.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SampledPath {
+    /// Its length.
+    pub length_m: f64,
+    /// Mean height above the start of what is seen of the cloud along the ray, from below.
+    pub low_m: f64,
+    /// And from above.
+    pub high_m: f64,
+}
+
+/// A stretch of a ray that climbs through a layer.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Stretch {
+    /// Where it starts.
+    pub start_uv: DVec2,
+    /// The same above the base, metres.
+    pub from_m: f64,
+    /// Unit vector along it.
+    pub up: DVec3,
+    /// By how much it climbs, metres.
+    pub rise_m: f64,
+}
+
+/// Cloud along a stretch, on a level of the map (`levels`, metres). `steps`: samples for each texel of the level that it
+/// crosses.
+pub fn path_sampled(levels: &[Map], level: f64, frame: &Frame, stretch: &Stretch, steps: f64) -> SampledPath {
+    let Stretch { start_uv, from_m, up, rise_m } = *stretch;
+    let cosine = up.z.max(MIN_COSINE);
+    let start = start_uv + vec2(frame.place.offset_uv);
+    let way_uv = dvec2(up.x, -up.y) * (rise_m / (cosine * f64::from(frame.place.extent_m)));
+    let crossed = way_uv.length() * levels[0].width.max(levels[0].height) as f64 * (-level).exp2();
+    let count = (steps * crossed).ceil().clamp(1.0, PATH_MOST_STEPS);
+    let piece_m = rise_m / count;
+    // Optical depth per metre of height.
+    let per_metre = f64::from(frame.medium.extinction_550) / cosine;
+    // Height of the cloud's top above the ray.
+    let above_at =
+        |part: f64| Map::sample_level(levels, (start + way_uv * part).to_array(), level)[0] - from_m - rise_m * part;
+    let mut before = above_at(0.0);
+    let (mut sum, mut left) = (0.0, 1.0);
+    // Weighted heights and weights.
+    let (mut low, mut high) = (DVec2::ZERO, DVec2::ZERO);
+    for i in 0..count as u32 {
+        let part = f64::from(i + 1) / count;
+        let above = above_at(part);
+        // Part of the piece in cloud, at the end where the ray is in it.
+        let inside = (before.max(0.0) + above.max(0.0)) / (before.abs() + above.abs()).max(1e-9);
+        let part_m = inside * piece_m;
+        sum += part_m;
+        let at_end = 0.5 * part_m;
+        let middle_m = rise_m * part - if before > above { piece_m - at_end } else { at_end };
+        let kept = -(-per_metre * part_m).exp_m1();
+        low += left * kept * dvec2(middle_m, 1.0);
+        high = (1.0 - kept) * high + kept * dvec2(middle_m, 1.0);
+        left *= 1.0 - kept;
+        before = above;
+    }
+    let mean = |sums: DVec2| sums.x / sums.y.max(1e-30);
+    SampledPath { length_m: sum / cosine, low_m: mean(low), high_m: mean(high) }
+}

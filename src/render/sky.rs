@@ -1,0 +1,204 @@
+//! The texels of a sky: what is made for it beside what other textures take, kept on the device, and its bands.
+
+use super::kept::Kept;
+use super::keys::{AirKey, FieldKey, GroundKey};
+use super::pipeline::Keep;
+use super::stages::SkyStages;
+use crate::air_map::{AirMap, Half};
+use crate::atmosphere::End;
+use crate::field;
+use crate::frame;
+use crate::gpu::layout::{SkyView, View};
+use crate::gpu::{Gpu, Target};
+use crate::ground::GroundMap;
+use crate::illumination::Illumination;
+use crate::job::{Job, RenderError, Watch};
+use crate::moment::{LayerMoment, Moment};
+use crate::request::Sphere;
+use crate::scene::Atmosphere;
+use crate::scene::quantity::Quantity as _;
+use crate::shade::{self, DeviceAir, GroundLit, Inputs, LayerInputs, OnGround, SkyClouds, SkyInputs, SkyLayer, dip};
+use std::sync::Arc;
+
+/// Fields whose levels, and moments whose grounds, stay on the device.
+const KEPT: usize = 8;
+/// Maps of air: two for an eye, and two a layer.
+const KEPT_AIRS: usize = 40;
+/// Texels a side of the map of the ground, at least and at most.
+const GROUND_TEXELS: [u32; 2] = [64, 512];
+/// Cuts of a ray through a layer, on the mean over a sky: rays near the horizon are cut more often, on coarser maps.
+const MEAN_CUTS: f64 = 100.0;
+
+/// What of skies stays on the device.
+pub(super) struct SkyKept {
+    levels: Kept<FieldKey, Arc<Target>>,
+    grounds: Kept<GroundKey, Arc<GroundLit>>,
+    airs: Kept<AirKey, Arc<DeviceAir>>,
+}
+
+/// A sky's job, and what the stages before made for it.
+pub(super) struct SkyJob<'a> {
+    pub(super) job: &'a Job,
+    pub(super) moment: &'a Moment,
+    pub(super) sphere: &'a Sphere,
+    /// All layers, lowest first.
+    pub(super) all: &'a Inputs<'a>,
+    /// Those that are seen, with their numbers, lowest first.
+    pub(super) seen: Vec<(usize, LayerInputs<'a>)>,
+    pub(super) watch: &'a Watch,
+}
+
+/// The eye of a sky, and what light comes to it without clouds.
+struct Eye {
+    height_m: f64,
+    sun_cosine: f64,
+    nearness: f64,
+    sky: [f64; 3],
+    in_air: bool,
+    asymmetry: f64,
+}
+
+impl Eye {
+    fn new(job: &Job, moment: &Moment, sphere: &Sphere) -> Self {
+        let Illumination { towards_sun, sky, nearness, .. } = moment.illumination;
+        let asymmetry = match &job.scene().atmosphere {
+            Atmosphere::Given(_) => 0.0,
+            Atmosphere::Air(air) => air.aerosol.asymmetry.get(),
+        };
+        Self {
+            height_m: sphere.eye[2],
+            sun_cosine: towards_sun[2],
+            nearness,
+            sky,
+            in_air: job.air().is_some(),
+            asymmetry,
+        }
+    }
+
+    /// Air on one side of the horizon. An eye within a layer has none before it.
+    fn air(&self, job: &Job, half: Half, end: End) -> AirMap {
+        let vacuum = |light| AirMap::vacuum(light, -dip(self.height_m, 0.0).asin());
+        match (job.air(), half, end) {
+            (None, Half::Above, End::Atmosphere) => vacuum(self.sky),
+            (None, ..) => vacuum([0.0; 3]),
+            (Some(_), Half::Above, End::Shell(base_m)) if self.height_m >= base_m => vacuum([0.0; 3]),
+            (Some(_), Half::Below, End::Shell(top_m)) if self.height_m <= top_m => vacuum([0.0; 3]),
+            (Some(air), ..) => AirMap::new(air, self.height_m, [self.sun_cosine, self.nearness], half, end),
+        }
+    }
+}
+
+impl SkyKept {
+    pub(super) fn new() -> Self {
+        Self { levels: Kept::new(KEPT), grounds: Kept::new(KEPT), airs: Kept::new(KEPT_AIRS) }
+    }
+
+    /// Shades a sky in bands; with what lies between its passes, if that is to be kept.
+    pub(super) fn texels(
+        &mut self,
+        gpu: &Gpu,
+        sky: SkyJob<'_>,
+        keep: Keep,
+    ) -> Result<(Vec<f32>, Option<SkyStages>), RenderError> {
+        let SkyJob { job, moment, sphere, all, seen, watch } = sky;
+        let ground = self.ground(gpu, job, moment, all, watch)?;
+        let eye = Eye::new(job, moment, sphere);
+        let mut air = |half, end| {
+            self.airs.get_or_make(AirKey::new(job, [eye.height_m, eye.sun_cosine, eye.nearness], half, end), || {
+                Arc::new(DeviceAir::new(gpu, &eye.air(job, half, end)))
+            })
+        };
+        let far = [air(Half::Above, End::Atmosphere), air(Half::Below, End::Atmosphere)];
+        let mut layers = Vec::with_capacity(seen.len());
+        for (number, inputs) in seen {
+            let make = || field::levels(gpu, &inputs.field.thickness, watch.deadline).map(Arc::new);
+            let levels = self.levels.get_or(FieldKey::new(job, number), make)?;
+            let LayerMoment { base_m, depth_m, .. } = moment.layers[number];
+            let top_m = base_m + depth_m;
+            let sinking = (eye.height_m > base_m).then(|| air(Half::Below, End::Shell(top_m)));
+            // Rays that come up again beyond the horizon end in haze, where there is air.
+            let rising = (eye.height_m < top_m || !eye.in_air).then(|| air(Half::Above, End::Shell(base_m)));
+            layers.push(SkyLayer { inputs, levels, base_m, top_m, before: [sinking, rising] });
+        }
+        let cuts = MEAN_CUTS * layers.len() as f64;
+        let backdrop = frame::backdrop(moment, far[0].horizon, eye.asymmetry);
+        let inputs = SkyInputs { sphere, layers, ground, backdrop, air: far };
+        let view = frame::sky_view(sphere, moment.plan.sky, job.request().texels(job.scene()));
+        let [across, down] = view.size;
+        let rows = shade::band_rows(view.size, cuts);
+        let mut data = Vec::with_capacity(3 * across as usize * down as usize);
+        let mut kept = (keep == Keep::Stages).then(SkyClouds::default);
+        for first_row in (0..down).step_by(rows as usize) {
+            watch.look()?;
+            let band = SkyView { first_row, rows: rows.min(down - first_row), ..view };
+            data.extend(shade::sky_band(gpu, &inputs, &band, kept.as_mut(), watch.deadline)?);
+        }
+        let stages = kept.map(|clouds| stages(gpu, job, &inputs, view, clouds, watch)).transpose()?;
+        Ok((data, stages))
+    }
+
+    fn ground(
+        &mut self,
+        gpu: &Gpu,
+        job: &Job,
+        moment: &Moment,
+        all: &Inputs<'_>,
+        watch: &Watch,
+    ) -> Result<Arc<GroundLit>, RenderError> {
+        let texels = ground_texels(job);
+        self.grounds.get_or(GroundKey::new(job, moment, texels), || {
+            let albedo = GroundMap::new(&job.scene().ground.albedo, job.images())?.means(texels);
+            let view = ground_view(texels);
+            let deadline = watch.deadline;
+            let made = if all.layers.is_empty() {
+                shade::ground_radiance(gpu, &OnGround::Even(moment.illumination.total()), &view, &albedo, deadline)
+            } else {
+                let sun = shade::ground_sun(gpu, all, &view, deadline)?;
+                shade::ground_radiance(gpu, &OnGround::Through(all, &sun), &view, &albedo, deadline)
+            };
+            Ok(Arc::new(made?))
+        })
+    }
+}
+
+/// Texels a side of the map of the ground: a power of two.
+fn ground_texels(job: &Job) -> u32 {
+    let [least, most] = GROUND_TEXELS;
+    job.scene().resolution().clamp(least, most).next_power_of_two()
+}
+
+fn ground_view(texels: u32) -> View {
+    View { size: [texels; 2], rows: texels, first: 1, peak: 1, ..View::default() }
+}
+
+/// Reads what the passes of a sky took and gave.
+fn stages(
+    gpu: &Gpu,
+    job: &Job,
+    inputs: &SkyInputs<'_>,
+    view: SkyView,
+    clouds: SkyClouds,
+    watch: &Watch,
+) -> Result<SkyStages, RenderError> {
+    let read = |target: &Target| {
+        let levels: Vec<_> = (0..target.levels.len()).map(|level| (target, level)).collect();
+        gpu.read_maps(&levels, watch.deadline)
+    };
+    let texels = ground_texels(job);
+    let irradiance = gpu.read(&inputs.ground.irradiance, 3 * (texels * texels) as usize, watch.deadline)?;
+    let whole = |pass: SkyView| SkyView { first_row: 0, rows: view.rows, ..pass };
+    Ok(SkyStages {
+        view,
+        backdrop: inputs.backdrop,
+        levels: inputs.layers.iter().map(|layer| read(&layer.levels)).collect::<Result<_, _>>()?,
+        ground_view: ground_view(texels),
+        albedo: GroundMap::new(&job.scene().ground.albedo, job.images())?.means(texels),
+        irradiance,
+        ground: read(&inputs.ground.radiance)?,
+        air: [
+            gpu.read_map(&inputs.air[0].map, 0, watch.deadline)?,
+            gpu.read_map(&inputs.air[1].map, 0, watch.deadline)?,
+        ],
+        clouds: SkyClouds { passes: clouds.passes.into_iter().map(whole).collect(), ..clouds },
+    })
+}

@@ -1,0 +1,73 @@
+//! What textures are made from, and how passes take it.
+
+use super::method::SlabLight;
+use crate::field::Field;
+use crate::gpu::layout::View;
+use crate::gpu::shaders::Shader;
+use crate::gpu::{Bind, Gpu, GpuError, Pass, Target, binds};
+use crate::light::LayerLight;
+use crate::slice::DeviceTables;
+
+/// A layer that a texture is made from; not every texture needs all of it.
+pub(crate) struct LayerInputs<'a> {
+    pub(crate) frame: &'a wgpu::Buffer,
+    pub(crate) field: &'a Field,
+    pub(crate) tables: Option<&'a DeviceTables>,
+    pub(crate) method: Option<&'a SlabLight>,
+    pub(crate) light: Option<&'a LayerLight>,
+}
+
+/// What a texture is made from.
+pub(crate) struct Inputs<'a> {
+    /// The layers that it shows, in the order in which they are drawn: from the viewer on.
+    pub(crate) layers: Vec<LayerInputs<'a>>,
+    /// Diffuse irradiance of the ground.
+    pub(crate) gathered: Option<&'a Target>,
+}
+
+/// A stage that was asked for before those that it takes from.
+pub(super) fn early(what: &str) -> GpuError {
+    GpuError::Failed(format!("{what} was shaded before its light"))
+}
+
+/// What every method's pass reads of a layer, in the order of its bindings. `view` is a [`View`] or a sky's, `shape` how
+/// that looks at the layer's thickness.
+pub(super) fn cloud_binds(
+    gpu: &Gpu,
+    layer: &LayerInputs<'_>,
+    view: &wgpu::Buffer,
+    shape: Vec<Bind>,
+    from_above: bool,
+    output: &wgpu::Buffer,
+) -> Option<Vec<Bind>> {
+    let (tables, light) = (layer.tables?, layer.light?);
+    let mut binds = binds![layer.frame, view];
+    binds.extend(shape);
+    binds.extend(binds![
+        &tables.transmittance,
+        &tables.reflectance,
+        &tables.phase,
+        &light.from_below,
+        &light.from_above,
+        &light.share[usize::from(from_above)],
+        &gpu.repeat,
+        &gpu.clamp,
+        output,
+    ]);
+    Some(binds)
+}
+
+/// A pass for each layer; the first is told that nothing lies before it. `None` where something is missing.
+pub(super) fn each<'a>(
+    gpu: &Gpu,
+    inputs: &'a Inputs<'a>,
+    view: &View,
+    make: impl Fn(&'a LayerInputs<'a>, &wgpu::Buffer) -> Option<(&'static Shader, Vec<Bind>)>,
+) -> Option<Vec<Pass>> {
+    let views = [0, 1].map(|first| gpu.uniform("view", &View { first, ..*view }));
+    let pass = |(i, layer): (usize, &'a LayerInputs<'a>)| {
+        let (shader, binds) = make(layer, &views[usize::from(i == 0)])?;
+        Some(Pass::new(shader, [view.size[0], view.rows], binds))
+    };
+    inputs.layers.iter().enumerate().map(pass).collect()
+}

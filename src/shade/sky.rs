@@ -1,0 +1,183 @@
+//! The whole sky from an eye: clouds along each ray, and what lies behind them.
+
+use super::ground::{GroundSun, on_the_ground};
+use super::inputs::{Inputs, LayerInputs, cloud_binds, early};
+use super::tiles::{self, TILE};
+use crate::air_map::AirMap;
+use crate::gpu::layout::{Backdrop, SkyView, View};
+use crate::gpu::shaders::Shader;
+use crate::gpu::{Bind, Gpu, GpuError, HostMap, Pass, Target, binds, shaders};
+use crate::projection::Sphere;
+use crate::request::TextureKind;
+use std::sync::Arc;
+use std::time::Instant;
+
+/// A layer that is seen.
+pub(crate) struct SkyLayer<'a> {
+    pub(crate) inputs: LayerInputs<'a>,
+    pub(crate) levels: Arc<Target>,
+    pub(crate) base_m: f64,
+    pub(crate) top_m: f64,
+    /// Air between the eye and the layer, for rays that sink to it and that rise to it; `None` where air hides what such rays
+    /// show.
+    pub(crate) before: [Option<Arc<DeviceAir>>; 2],
+}
+
+/// A map of air on the device.
+pub(crate) struct DeviceAir {
+    pub(crate) map: Target,
+    /// Elevation of its horizon, radians.
+    pub(crate) horizon: f64,
+}
+
+impl DeviceAir {
+    pub(crate) fn new(gpu: &Gpu, air: &AirMap) -> Self {
+        let HostMap { width, height, channels, data } = &air.map;
+        Self { map: gpu.texture_from("air", [*width, *height], *channels, data), horizon: air.horizon }
+    }
+}
+
+/// What a sky is made from.
+pub(crate) struct SkyInputs<'a> {
+    pub(crate) sphere: &'a Sphere,
+    /// The layers that are seen, lowest first.
+    pub(crate) layers: Vec<SkyLayer<'a>>,
+    pub(crate) ground: Arc<GroundLit>,
+    pub(crate) backdrop: Backdrop,
+    /// Air from the eye to space, and to the ground.
+    pub(crate) air: [Arc<DeviceAir>; 2],
+}
+
+/// The ground, and what its radiance was made from.
+pub(crate) struct GroundLit {
+    /// Radiance, with mip levels.
+    pub(crate) radiance: Target,
+    /// Downward, three colours of each texel.
+    pub(crate) irradiance: wgpu::Buffer,
+}
+
+/// What lies between the passes of a sky: for tests.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct SkyClouds {
+    /// The passes of the clouds in their order, each with the view that it took.
+    pub passes: Vec<SkyView>,
+    /// Air before the layer of each.
+    pub air: Vec<HostMap>,
+    /// Radiance of all clouds, premultiplied, and alpha.
+    pub texels: Vec<f32>,
+}
+
+/// Light that falls on the ground: through the clouds, or the same everywhere.
+pub(crate) enum OnGround<'a> {
+    Through(&'a Inputs<'a>, &'a GroundSun),
+    Even([f64; 3]),
+}
+
+/// Radiance of the ground: a map of the domain with mip levels, as fine as `albedo`, whose side is a power of two.
+pub(crate) fn ground_radiance(
+    gpu: &Gpu,
+    light: &OnGround<'_>,
+    view: &View,
+    albedo: &HostMap,
+    deadline: Option<Instant>,
+) -> Result<GroundLit, GpuError> {
+    let [across, down] = view.size;
+    let texels = across as usize * down as usize;
+    let mut passes = Vec::new();
+    let irradiance = match light {
+        OnGround::Even(light) => gpu.storage_from("irradiance", &light.map(|value| value as f32).repeat(texels)),
+        OnGround::Through(inputs, sun) => {
+            let output = gpu.storage("irradiance", 3 * texels);
+            let made = on_the_ground(gpu, TextureKind::Irradiance, inputs, Some(sun), view, &output);
+            passes.extend(made.ok_or_else(|| early("the ground"))?);
+            output
+        }
+    };
+    let levels = across.min(down).ilog2() + 1;
+    let ground = gpu.texture("ground", view.size, 4, levels);
+    let albedo = gpu.texture_from("albedo", [albedo.width, albedo.height], 4, &albedo.data);
+    let binds = binds![&gpu.uniform("view", view), &albedo, &gpu.repeat, &irradiance, &ground.levels[0]];
+    passes.push(Pass::new(&shaders::SKY_GROUND, view.size, binds));
+    for (level, pair) in (1..).zip(ground.levels.windows(2)) {
+        passes.push(Pass::new(&shaders::DOWNSAMPLE, ground.level_size(level), binds![&pair[0], &pair[1]]));
+    }
+    gpu.run("ground", deadline, &passes)?;
+    Ok(GroundLit { radiance: ground, irradiance })
+}
+
+/// Makes one band of a sky: `view.rows` rows from `view.first_row`. What lies between its passes is added to `kept`.
+pub(crate) fn sky_band(
+    gpu: &Gpu,
+    inputs: &SkyInputs<'_>,
+    view: &SkyView,
+    kept: Option<&mut SkyClouds>,
+    deadline: Option<Instant>,
+) -> Result<Vec<f32>, GpuError> {
+    let texels = view.size[0] as usize * view.rows as usize;
+    let (clouds, output) = (gpu.storage("clouds", 4 * texels), gpu.storage("output", 3 * texels));
+    let tiles = tiles::tiles(inputs.sphere, view.size, view.first_row, view.rows);
+    let eye_m = inputs.sphere.eye[2];
+    let (mut passes, mut views) = (Vec::new(), Vec::new());
+    // As a ray meets them: sinking from the highest layer to the lowest, then rising again.
+    let sinking = inputs.layers.iter().rev().map(|layer| (layer, false));
+    let rising = inputs.layers.iter().map(|layer| (layer, true));
+    for (layer, rising) in sinking.chain(rising) {
+        let Some(before) = &layer.before[usize::from(rising)] else { continue };
+        let shown = tiles::names(&tiles, |up| tiles::meets(up, eye_m, layer.base_m, layer.top_m, rising));
+        let edge = -tiles::dip(eye_m, if rising { 0.0 } else { layer.top_m }) as f32;
+        let (horizon, asymmetry) = (before.horizon as f32, inputs.backdrop.asymmetry);
+        let view = SkyView { rising: rising.into(), edge, horizon, asymmetry, ..*view };
+        views.push((view, before));
+        let pass = cloud_pass(gpu, layer, &before.map, &gpu.uniform("view", &view), rising, &shown, &clouds);
+        passes.extend(pass.ok_or_else(|| early("sky"))?);
+    }
+    let (backdrop, view) = (gpu.uniform("backdrop", &inputs.backdrop), gpu.uniform("view", view));
+    let below = tiles::names(&tiles, |up| tiles::meets_ground(up, eye_m));
+    passes.extend(over(gpu, &shaders::SKY, &below, |tiles| {
+        let mut binds = binds![&backdrop, &view, &inputs.ground.radiance, &gpu.trilinear];
+        binds.extend(binds![&inputs.air[0].map, &inputs.air[1].map, &gpu.clamp, &clouds, tiles, &output]);
+        binds
+    }));
+    let above = tiles::names(&tiles, |up| !tiles::meets_ground(up, eye_m));
+    passes.extend(over(gpu, &shaders::SKY_ABOVE, &above, |tiles| {
+        binds![&backdrop, &view, &inputs.air[0].map, &gpu.clamp, &clouds, tiles, &output]
+    }));
+    gpu.run("sky", deadline, &passes)?;
+    if let Some(kept) = kept {
+        kept.passes = views.iter().map(|(view, _)| *view).collect();
+        let read = |(_, before): &(SkyView, &Arc<DeviceAir>)| gpu.read_map(&before.map, 0, deadline);
+        kept.air = views.iter().map(read).collect::<Result<_, _>>()?;
+        kept.texels.extend(gpu.read(&clouds, 4 * texels, deadline)?);
+    }
+    gpu.read(&output, 3 * texels, deadline)
+}
+
+/// A pass over some tiles, if there are any.
+fn over(
+    gpu: &Gpu,
+    shader: &'static Shader,
+    tiles: &[u32],
+    binds: impl FnOnce(&wgpu::Buffer) -> Vec<Bind>,
+) -> Option<Pass> {
+    let size = [TILE * tiles.len() as u32, TILE];
+    (!tiles.is_empty()).then(|| Pass::new(shader, size, binds(&gpu.storage_from("tiles", tiles))))
+}
+
+fn cloud_pass(
+    gpu: &Gpu,
+    layer: &SkyLayer<'_>,
+    air: &Target,
+    view: &wgpu::Buffer,
+    rising: bool,
+    tiles: &[u32],
+    clouds: &wgpu::Buffer,
+) -> Option<Option<Pass>> {
+    let (tables, method) = (layer.inputs.tables?, layer.inputs.method?);
+    let shape = binds![&*layer.levels, &gpu.trilinear];
+    let mut shared = cloud_binds(gpu, &layer.inputs, view, shape, !rising, clouds)?;
+    Some(over(gpu, method.sky_shader(), tiles, |tiles| {
+        shared.extend(binds![tiles, air]);
+        shared.extend(method.binds(gpu, tables, !rising));
+        shared
+    }))
+}

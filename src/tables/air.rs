@@ -1,0 +1,125 @@
+//! Tables of an atmosphere.
+
+use super::error::TableError;
+use super::library::{Artefact, TableLibrary};
+use crate::atmosphere::wavelength::aerosol_depth;
+use crate::atmosphere::{Aerosol, Air, Boundary, Medium, Moments, Quality};
+use crate::scene::quantity::Quantity as _;
+use crate::scene::{AerosolColumn, AirColumn};
+use crate::spectrum::WAVELENGTHS_NM;
+use std::sync::Arc;
+
+/// The diffuse light of an atmosphere at the four wavelengths.
+#[derive(Debug)]
+pub struct AirTables {
+    /// Names it exactly.
+    pub key: String,
+    /// One table a wavelength.
+    pub waves: [Moments; 4],
+}
+
+/// What the tables of an atmosphere depend on.
+#[derive(Debug, Clone, PartialEq)]
+pub struct AirMix {
+    /// The air.
+    pub column: AirColumn,
+    /// Albedo of the ground at the four wavelengths, in the mean over the domain.
+    pub ground_albedo: [f64; 4],
+    /// How finely it is solved.
+    pub quality: Quality,
+}
+
+impl AirMix {
+    /// Air over a ground of a mean albedo in red, green and blue. Its wavelengths lie at 640, 580, 525 and 445 nm: the
+    /// second between red and green.
+    pub fn new(column: AirColumn, [r, g, b]: [f64; 3], tolerance: f64) -> Self {
+        let quality = Quality::plan(column.aerosol.optical_depth.get(), tolerance);
+        Self { column, ground_albedo: [r, 0.5 * (r + g), g, b], quality }
+    }
+
+    fn air(&self, wave: usize) -> Air {
+        let wavelength_nm = WAVELENGTHS_NM[wave];
+        let AerosolColumn { optical_depth, angstrom, asymmetry, albedo, scale_height_m } = self.column.aerosol;
+        let depth = aerosol_depth(optical_depth.get(), angstrom.get(), wavelength_nm);
+        let aerosol = Aerosol::henyey_greenstein(depth, scale_height_m.get(), albedo.get(), asymmetry.get());
+        let medium = Medium::new(wavelength_nm, self.column.rayleigh.get(), self.column.ozone_du.get(), aerosol);
+        Air::new(medium, Boundary::ground(self.ground_albedo[wave]))
+    }
+}
+
+impl Artefact for AirMix {
+    type Value = AirTables;
+
+    fn key(&self) -> String {
+        let AerosolColumn { optical_depth, angstrom, asymmetry, albedo, scale_height_m } = self.column.aerosol;
+        let air = [
+            optical_depth.get(),
+            angstrom.get(),
+            asymmetry.get(),
+            albedo.get(),
+            scale_height_m.get(),
+            self.column.ozone_du.get(),
+            self.column.rayleigh.get(),
+        ];
+        let numbers = air.iter().chain(&self.ground_albedo).map(|number| format!("{number}"));
+        let light = if self.column.polarisation { "vector" } else { "scalar" };
+        let quality = match self.quality {
+            Quality::Fast => "fast",
+            Quality::Normal => "normal",
+            Quality::Fine => "fine",
+        };
+        format!("air1-{}-{light}-{quality}", numbers.collect::<Vec<_>>().join("-"))
+    }
+
+    fn describe(&self) -> String {
+        let AirColumn { aerosol, ozone_du, .. } = &self.column;
+        format!("air with aerosol of {} and {} DU of ozone", aerosol.optical_depth.get(), ozone_du.get())
+    }
+
+    fn build(&self, progress: &(dyn Fn(f64) + Sync)) -> Result<AirTables, TableError> {
+        let solve = |wave: usize| {
+            let part = |part: f64| progress((wave as f64 + part) / 4.0);
+            Moments::solve(self.air(wave), self.quality, self.column.polarisation, &part)
+        };
+        Ok(AirTables { key: self.key(), waves: [solve(0), solve(1), solve(2), solve(3)] })
+    }
+
+    fn to_parts(&self, tables: &AirTables) -> Vec<Vec<u8>> {
+        let bytes = |numbers: Vec<f64>| numbers.iter().flat_map(|number| number.to_le_bytes()).collect();
+        tables.waves.iter().map(|wave| bytes(wave.to_numbers())).collect()
+    }
+
+    fn read_parts(&self, parts: &[&[u8]]) -> Option<AirTables> {
+        let wave = |wave: usize| {
+            let (numbers, []) = parts.get(wave)?.as_chunks::<8>() else { return None };
+            let numbers: Vec<f64> = numbers.iter().map(|number| f64::from_le_bytes(*number)).collect();
+            Moments::from_numbers(self.air(wave), self.quality, self.column.polarisation, &numbers)
+        };
+        (parts.len() == 4).then_some(())?;
+        Some(AirTables { key: self.key(), waves: [wave(0)?, wave(1)?, wave(2)?, wave(3)?] })
+    }
+
+    fn bytes(&self, tables: &AirTables) -> usize {
+        // The table of optical depth beside that of moments.
+        tables.waves.iter().map(|wave| 8 * (wave.to_numbers().len() + DEPTH_NODES)).sum()
+    }
+}
+
+/// Nodes of a table of optical depth.
+const DEPTH_NODES: usize = 128 * 1024;
+
+impl TableLibrary {
+    /// The tables of an atmosphere. Waits while they are made: a second or two for air that was never used before.
+    /// `progress` gets 0 to 1 if it is this call that makes them.
+    ///
+    /// # Errors
+    /// When somebody else was making them and panicked.
+    pub fn air(&self, mix: &AirMix, progress: &(dyn Fn(f64) + Sync)) -> Result<Arc<AirTables>, TableError> {
+        self.artefact(mix, progress)
+    }
+
+    /// Whether the tables of an atmosphere are in memory.
+    pub fn air_ready(&self, mix: &AirMix) -> bool {
+        self.has::<AirTables>(&mix.key())
+    }
+}
