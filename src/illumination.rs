@@ -4,7 +4,7 @@ use crate::atmosphere::diffuse_fluxes;
 use crate::scene::quantity::Quantity as _;
 use crate::scene::{Atmosphere, Scene, SunStand, direction};
 use crate::spectrum::rec709;
-use crate::sun::SunPosition;
+use crate::sun::{Place, SunError, SunPosition, Utc};
 use crate::tables::AirTables;
 use std::f64::consts::PI;
 
@@ -38,6 +38,15 @@ impl Illumination {
             (Atmosphere::Air(_), None) => ([0.0; 3], [0.0; 3]),
         };
         Self { towards_sun, beam: beam.map(|value| day * value), sky, sun_diameter, nearness }
+    }
+
+    /// The place that a scene's sun stands over, and when it is so long after the scene's start; `None` for a sun that stands in
+    /// one direction.
+    pub fn place(scene: &Scene, time_s: f64) -> Option<(Place, Result<Utc, SunError>)> {
+        match scene.sun.stand {
+            SunStand::Direction { .. } => None,
+            SunStand::Over { place, start } => Some((place, start.after(time_s))),
+        }
     }
 
     /// Cosine of the sun's zenith angle, at least 0.

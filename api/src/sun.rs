@@ -9,8 +9,8 @@ use axum::extract::{Path, Query, State};
 use axum::http::header;
 use axum::response::{IntoResponse as _, Response};
 use serde_json::{Value, json};
+use skyloom::illumination::Illumination;
 use skyloom::request::RequestError;
-use skyloom::scene::SunStand;
 use skyloom::sun::{SolarDay, SunError, SunPosition};
 use skyloom::{Job, Request, Scene};
 use std::sync::Arc;
@@ -63,8 +63,8 @@ fn describe(scene: &Scene, job: &Job) -> Result<Value, SunError> {
         "irradiance": { "facing_the_sun": light.beam, "horizontal": light.direct(), "sky": light.total().iter().zip(light.direct()).map(|(total, direct)| total - direct).collect::<Vec<_>>(),
             "unit": unit, "at": if scene.layer_count() > 0 { "the highest cloud base" } else { "the ground" } },
     });
-    if let SunStand::Over { place, start } = scene.sun_stand() {
-        let utc = start.after(time_s)?;
+    if let Some((place, utc)) = Illumination::place(scene, time_s) {
+        let utc = utc?;
         let day = SolarDay::of(place, utc)?;
         let text = |instant: Option<skyloom::sun::Utc>| instant.map(|instant| instant.to_string());
         answer["apparent_zenith_deg"] = json!(SunPosition::at(place, utc)?.apparent_zenith_deg);

@@ -322,11 +322,6 @@ impl Scene {
         self.layers.iter().map(|layer| layer.droplets.mix()).collect()
     }
 
-    /// Where the sun stands.
-    pub fn sun_stand(&self) -> SunStand {
-        self.sun.stand
-    }
-
     /// Side of the domain, metres.
     pub fn extent_m(&self) -> f64 {
         self.domain.extent_m.get()
