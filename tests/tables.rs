@@ -2,9 +2,12 @@
 //! old or renamed.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test stops where it fails")]
 
+use skyloom::job::air_mix;
 use skyloom::optics::{Mix, OpticsError};
+use skyloom::plan::Plan;
 use skyloom::store;
-use skyloom::tables::{Artefact, Detail, MixTables, TableError, TableLibrary};
+use skyloom::tables::{AirMix, Artefact, Detail, MixTables, TableError, TableLibrary};
+use skyloom::{Images, Request, Scene};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, Barrier};
@@ -292,4 +295,35 @@ fn radiance_tables_are_made_once_for_a_mix() {
     assert_eq!(told.into_inner(), count);
     assert!(Arc::ptr_eq(&first, &second));
     assert!(Arc::ptr_eq(&first.radiance(Detail::Coarse, &|_| ()), &second.radiance(Detail::Coarse, &|_| ())));
+}
+
+/// The air of a scene for a coarse request, which is made fastest.
+fn air(atmosphere: &str) -> AirMix {
+    let scene = Scene::from_json(format!(r#"{{"atmosphere": {atmosphere}}}"#).as_bytes()).unwrap();
+    let coarse = [("tolerance".to_owned(), "0.1".to_owned())];
+    let request = Request::parse("sky", "f32", &coarse).unwrap();
+    air_mix(&scene, &Images::new(), &Plan::new(&request)).unwrap().unwrap()
+}
+
+/// Also of numbers that written out are longer than the name of a file.
+#[test]
+fn air_comes_back_from_disk_to_the_bit() {
+    for atmosphere in ["{}", r#"{"aerosol": {"optical_depth": 1e-300, "albedo": 1e-200}, "polarisation": false}"#] {
+        let folder = Folder::new(&format!("air-{}", atmosphere.len()));
+        let mix = air(atmosphere);
+        let fresh = || {
+            let told = AtomicUsize::new(0);
+            let progress = |_| {
+                told.fetch_add(1, Ordering::Relaxed);
+            };
+            let tables = library(&folder.0).air(&mix, &progress).unwrap();
+            (tables.waves.each_ref().map(|wave| wave.to_numbers()), told.into_inner())
+        };
+        let (made, told) = fresh();
+        assert!(told > 4, "making them tells how far it is");
+        assert_eq!(folder.files().len(), 1);
+        let (read, told) = fresh();
+        assert!(told == 0 && read == made, "{atmosphere}: made again, or other numbers");
+    }
+    assert_ne!(air("{}").key(), air(r#"{"ozone_du": 301}"#).key());
 }

@@ -7,6 +7,8 @@ use crate::atmosphere::{Aerosol, Air, Boundary, Medium, Moments, Quality};
 use crate::scene::quantity::Quantity as _;
 use crate::scene::{AerosolColumn, AirColumn};
 use crate::spectrum::WAVELENGTHS_NM;
+use sha2::{Digest as _, Sha256};
+use std::fmt::Write as _;
 use std::sync::Arc;
 
 /// The diffuse light of an atmosphere at the four wavelengths.
@@ -61,14 +63,23 @@ impl Artefact for AirMix {
             self.column.ozone_du.get(),
             self.column.rayleigh.get(),
         ];
-        let numbers = air.iter().chain(&self.ground_albedo).map(|number| format!("{number}"));
+        // Of all digits: written out, tiny numbers are longer than a file's name may be.
+        let mut hash = Sha256::new();
+        for number in air.iter().chain(&self.ground_albedo) {
+            hash.update(number.to_bits().to_le_bytes());
+        }
+        let name = hash.finalize().iter().take(16).fold(String::with_capacity(32), |mut text, byte| {
+            // Writing to a String cannot fail.
+            let _ = write!(text, "{byte:02x}");
+            text
+        });
         let light = if self.column.polarisation { "vector" } else { "scalar" };
         let quality = match self.quality {
             Quality::Fast => "fast",
             Quality::Normal => "normal",
             Quality::Fine => "fine",
         };
-        format!("air1-{}-{light}-{quality}", numbers.collect::<Vec<_>>().join("-"))
+        format!("air-{name}-{light}-{quality}")
     }
 
     fn describe(&self) -> String {
