@@ -29,6 +29,7 @@ pub mod row;
 pub mod second_order;
 pub mod solve;
 pub mod sun;
+pub mod under;
 pub mod wavelength;
 
 pub use air::{Air, BeamAlbedo, Boundary};
@@ -40,3 +41,4 @@ pub use moments::Moments;
 pub use profile::{Aerosol, Coefficients, Medium, Phase};
 pub use quality::{Quality, Resolution};
 pub use sun::{Band, End, Layout, SunSky};
+pub use under::{Shade, Sky, Under};

@@ -12,6 +12,7 @@ mod levels;
 mod map;
 mod motion;
 mod spectrum;
+mod statistics;
 mod synthetic;
 mod transfer;
 
@@ -25,6 +26,7 @@ pub(crate) use map::Field;
 use map::{bounds, count, find_bounds, read_bins};
 use motion::{Displaced, Motion};
 pub use spectrum::power_spectrum;
+pub use statistics::{Column, columns};
 use std::time::Instant;
 use synthetic::Synthetic;
 pub use synthetic::SyntheticStages;

@@ -7,9 +7,9 @@ use super::axes::Place;
 use super::contraction::{Contracted, Scattered, azimuth_cosine, weigh};
 use super::geometry::{radius_m, sin_dip};
 use super::harmonics::count;
-use super::moments::Moments;
 use super::path::{Limits, Path, Target, step_weight};
 use super::profile::{Coefficients, rayleigh_phase_per_sr};
+use super::under::Sky;
 
 /// An eye and a sun.
 #[derive(Clone, Copy, Debug)]
@@ -50,17 +50,16 @@ impl Viewpoint {
 
     /// Integrates the row at a view cosine for azimuths (from the sun's) with the cosines given.
     #[must_use]
-    pub fn row(&self, moments: &Moments, cosine: f64, azimuths: &[f64]) -> Row {
-        match moments.field.degree {
-            8 => self.contracted_row::<9>(moments, cosine, azimuths),
-            12 => self.contracted_row::<13>(moments, cosine, azimuths),
-            _ => self.contracted_row::<17>(moments, cosine, azimuths),
+    pub fn row<'a>(&self, sky: impl Into<Sky<'a>>, cosine: f64, azimuths: &[f64]) -> Row {
+        let sky = sky.into();
+        match sky.above.field.degree {
+            8 => self.contracted_row::<9>(sky, cosine, azimuths),
+            12 => self.contracted_row::<13>(sky, cosine, azimuths),
+            _ => self.contracted_row::<17>(sky, cosine, azimuths),
         }
     }
 
-    fn contracted_row<const N: usize>(&self, moments: &Moments, cosine: f64, azimuths: &[f64]) -> Row {
-        let air = &moments.air;
-        let field = &moments.field;
+    fn contracted_row<const N: usize>(&self, sky: Sky<'_>, cosine: f64, azimuths: &[f64]) -> Row {
         let square = |cosine: f64| ((1.0 - cosine) * (1.0 + cosine)).max(0.0);
         let sines = (square(cosine) * square(self.sun_cosine)).sqrt();
         let cosines: Vec<f64> = azimuths.iter().map(|c| cosine * self.sun_cosine + sines * c).collect();
@@ -75,15 +74,17 @@ impl Viewpoint {
             transmittance: 1.0,
             target: path.target,
         };
-        let mut weights = vec![0.0; count(field.degree)];
-        let mut nodes = vec![Contracted::<N>::ZERO; field.axes.suns];
+        let mut weights = vec![0.0; count(sky.above.field.degree)];
+        let mut nodes = vec![Contracted::<N>::ZERO; sky.above.field.axes.suns];
         for step in &path.steps {
+            let from_zenith = radius_m(self.eye_m) / radius_m(step.height_m) * self.sun_cosine;
+            let (moments, shade) = sky.at(step.height_m, from_zenith.clamp(-1.0, 1.0));
+            let (air, field) = (&moments.air, &moments.field);
             let at = air.profile.at(step.height_m);
             let (integral, kept) = step_weight(at.extinction, step.length_m);
             let factor = row.transmittance * integral;
             row.transmittance *= kept;
             let weight = Coefficients { rayleigh: at.rayleigh * factor, aerosol: at.aerosol * factor, extinction: 0.0 };
-            let from_zenith = radius_m(self.eye_m) / radius_m(step.height_m) * self.sun_cosine;
             let from_ray = step.distance_m / radius_m(step.height_m);
             let local = |c: f64| (from_zenith + from_ray * c).clamp(-1.0, 1.0);
 
@@ -95,6 +96,8 @@ impl Viewpoint {
             Contracted::fill(field, field.axes.height(step.height_m), used, &weights, tensor, &mut nodes);
 
             let depths = air.depth.at(step.height_m);
+            let (lit, clear) = shade.map_or((1.0, 1.0), |shade| (shade.beam, shade.clear));
+            let of_clouds = shade.map_or(0.0, |shade| weight.rayleigh * shade.rayleigh + weight.aerosol * shade.aerosol);
             let view_square = square(step.cosine);
             let sine = view_square.sqrt();
             // Two azimuths at once; the last of an odd number is computed twice.
@@ -114,12 +117,12 @@ impl Viewpoint {
                 }
                 for k in 0..columns[1] - columns[0] + 1 {
                     let column = columns[k];
-                    let beam = depths.transmittance(sun[k]);
+                    let beam = lit * depths.transmittance(sun[k]);
                     row.aureole[column] += weight.aerosol * beam;
-                    row.sky[column] += weight.rayleigh * beam * molecules[column];
+                    row.sky[column] += weight.rayleigh * beam * molecules[column] + of_clouds;
                     if places[k].is_some() {
                         let azimuth = azimuth_cosine(q[k], sine, sun_square[k].sqrt());
-                        row.sky[column] += scattered[k].radiance(step.cosine, sine, azimuth).max(0.0);
+                        row.sky[column] += clear * scattered[k].radiance(step.cosine, sine, azimuth).max(0.0);
                     }
                 }
             }

@@ -8,10 +8,10 @@ use std::f64::consts::PI;
 
 use super::air::twilight;
 use super::geometry::{TOP_M, inside};
-use super::moments::Moments;
 use super::path::Limits;
 use super::profile::Phase;
 use super::row::Viewpoint;
+use super::under::Sky;
 
 /// Where the integrals of a sky end.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -93,8 +93,9 @@ impl SunSky {
     /// and the cosine of the sun's zenith angle there. Light reflected by the boundary and seen directly is not
     /// included.
     #[must_use]
-    pub fn new(moments: &Moments, eye_m: f64, sun_cosine: f64, layout: Layout, end: End) -> Self {
-        let floor_m = moments.air.floor_m();
+    pub fn new<'a>(sky: impl Into<Sky<'a>>, eye_m: f64, sun_cosine: f64, layout: Layout, end: End) -> Self {
+        let sky = sky.into();
+        let floor_m = sky.floor_m();
         let eye_m = if eye_m > TOP_M { eye_m } else { inside(eye_m, floor_m) };
         let limits = limits(floor_m, eye_m, end);
         let viewpoint = Viewpoint { eye_m, sun_cosine, limits, steps: layout.steps };
@@ -108,7 +109,7 @@ impl SunSky {
             for i in 0..rows {
                 let y = i as f64 / (rows - 1) as f64;
                 let cosine = (horizon + reach * y * y).sin().clamp(least, greatest);
-                let row = viewpoint.row(moments, cosine, &azimuths);
+                let row = viewpoint.row(sky, cosine, &azimuths);
                 band.sky.extend(row.sky.iter().map(|value| value * dusk));
                 band.aureole.extend(row.aureole.iter().map(|value| value * dusk));
                 band.transmittance.push(row.transmittance);
@@ -123,7 +124,7 @@ impl SunSky {
             below: band(layout.below, -PI / 2.0 - horizon, -1.0, below_horizon),
             layout,
             sun_cosine,
-            phase: moments.air.medium.aerosol.phase.clone(),
+            phase: sky.above.air.medium.aerosol.phase.clone(),
         }
     }
 

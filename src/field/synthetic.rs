@@ -30,7 +30,7 @@ const OCTAVE_GAIN: f64 = 0.793_700_5;
 /// Standard deviation of the gradient noise of `shaders/shared/noise.wgsl`.
 const GRADIENT_NOISE_STD: f64 = 0.2151;
 /// Ends of the bins of a Gaussian field, standard deviations.
-const RANGE: [f64; 2] = [-6.0, 6.0];
+pub(super) const RANGE: [f64; 2] = [-6.0, 6.0];
 /// Ways of a cell's size at the speed of the eddies while the slowest of the cells' points goes round once.
 const CELLS_PER_TURN: f64 = 12.0;
 /// Wave number of the octaves and of the cells in cycles per period, as displacement decorrelates them: measured.
@@ -72,7 +72,7 @@ pub struct SyntheticStages {
 }
 
 /// Spread of the logarithm of water path: closed cells are even, open ones patchy.
-fn spread(pattern: Pattern) -> f64 {
+pub(super) fn spread(pattern: Pattern) -> f64 {
     match pattern {
         Pattern::Closed => 0.5,
         Pattern::Open => 0.9,

@@ -28,6 +28,21 @@ impl Distribution {
         Self { low, width, counts }
     }
 
+    /// A million values of mean 0 and standard deviation 1, as they are meant.
+    pub(super) fn gaussian([low, high]: [f64; 2]) -> Self {
+        let width = (high - low) / BINS as f64;
+        let density = |x: f64| (-0.5 * x * x).exp() / std::f64::consts::TAU.sqrt();
+        let count = |bin: usize| (1e6 * width * density(low + width * (bin as f64 + 0.5))).round() as u32;
+        Self { low, width, counts: (0..BINS).map(count).collect() }
+    }
+
+    /// Parts of all values, and the value in the middle of each bin.
+    pub(super) fn parts(&self) -> impl Iterator<Item = (f64, f64)> {
+        let total = self.total().max(1.0);
+        let bins = self.counts.iter().enumerate().filter(|(_, count)| **count > 0);
+        bins.map(move |(bin, count)| (f64::from(*count) / total, self.edge(bin) + 0.5 * self.width))
+    }
+
     fn total(&self) -> f64 {
         self.counts.iter().map(|count| f64::from(*count)).sum()
     }
@@ -80,7 +95,8 @@ const HALVINGS: u32 = 50;
 const CLOSING: f64 = 0.015;
 
 impl Transfer {
-    fn thickness(&self, water: f64) -> f64 {
+    /// Thickness at a water path, m.
+    pub(super) fn thickness(&self, water: f64) -> f64 {
         let free = self.scale_m * (water - self.threshold).max(0.0).sqrt();
         free / (1.0 + (free / self.clip_m).powi(4)).sqrt().sqrt()
     }
