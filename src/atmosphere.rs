@@ -38,7 +38,7 @@ pub use fluxes::{COSINES, Fluxes, azimuth_means, cosine_rule, diffuse_fluxes};
 pub use march::{Seen, View, march};
 pub use methods::{Method, SkyModel};
 pub use moments::Moments;
-pub use profile::{Aerosol, Coefficients, Medium, Phase};
+pub use profile::{Aerosol, Coefficients, Depths, Medium, Phase};
 pub use quality::{Quality, Resolution};
 pub use sun::{Band, End, Layout, SunSky};
 pub use under::{Shade, Sky, Under};

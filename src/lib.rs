@@ -31,6 +31,7 @@
 //! | [`slab`] | droplet mix | fluxes of a slab by adding-doubling; closed forms of the first orders of scattering |
 //! | [`tables`] | droplet mix | the two above, kept in memory and in a [`store`] |
 //! | [`atmosphere`] | air | clear air on a round Earth: its scattered light in every direction, for any sun and eye |
+//! | [`cover`] | cloud cover; sun | clouds and ground as what ends the air below, and the mean light within |
 //! | [`spectrum`] | - | colours of light that is known at four wavelengths |
 //! | [`sun`] | moment | where the sun stands, by place and time |
 //! | [`field`] | frame | the thickness map |
@@ -56,6 +57,7 @@ mod air_map;
 pub mod ambient;
 pub mod atmosphere;
 pub mod chart;
+pub mod cover;
 pub mod encode;
 pub mod exchange;
 pub mod field;

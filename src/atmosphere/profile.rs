@@ -123,18 +123,38 @@ impl Medium {
         }
     }
 
-    /// Vertical optical depth between a height and the top, in closed form.
+    /// Vertical optical depths between a height and the top, in closed form.
     #[must_use]
-    pub fn depth_above(&self, height_m: f64) -> f64 {
+    pub fn depths_above(&self, height_m: f64) -> Depths {
         let exponential = |depth: f64, scale_m: f64| {
             depth * at_sea_level(scale_m) * scale_m * ((-height_m / scale_m).exp() - (-TOP_M / scale_m).exp())
         };
         let u = ((height_m - OZONE_MIDDLE_M) / OZONE_REACH_M).clamp(-1.0, 1.0);
         let ozone_above = if u < 0.0 { 1.0 - (1.0 + u).powi(2) / 2.0 } else { (1.0 - u).powi(2) / 2.0 };
-        exponential(self.rayleigh_depth, RAYLEIGH_SCALE_M)
-            + exponential(self.aerosol.depth, self.aerosol.scale_height_m)
-            + self.ozone_depth * ozone_above
+        Depths {
+            rayleigh: exponential(self.rayleigh_depth, RAYLEIGH_SCALE_M),
+            aerosol: exponential(self.aerosol.depth, self.aerosol.scale_height_m),
+            ozone: self.ozone_depth * ozone_above,
+        }
     }
+
+    /// Vertical optical depth between a height and the top.
+    #[must_use]
+    pub fn depth_above(&self, height_m: f64) -> f64 {
+        let Depths { rayleigh, aerosol, ozone } = self.depths_above(height_m);
+        rayleigh + aerosol + ozone
+    }
+}
+
+/// Vertical optical depths of a part of the air.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Depths {
+    /// Scattering by molecules.
+    pub rayleigh: f64,
+    /// Extinction by aerosol.
+    pub aerosol: f64,
+    /// Absorption by ozone.
+    pub ozone: f64,
 }
 
 /// Coefficients by height, ready to be evaluated.
