@@ -6,8 +6,9 @@
 
 use crate::atmosphere::{Band, End, Layout, SunSky};
 use crate::gpu::HostMap;
+use crate::scene_air::{CoverMoment, SceneAir, UnderCover, sky};
 use crate::spectrum::rec709;
-use crate::tables::AirTables;
+
 use rayon::prelude::*;
 
 /// Azimuths of a map, and steps along a ray: [`SunSky`] tells what they err.
@@ -39,16 +40,27 @@ impl AirMap {
         Self { map: HostMap { width: 2, height: 6, channels: 4, data }, horizon }
     }
 
-    /// Air from an eye at a height to where the rays of one side of the horizon end, in kcd/m². Of the sun the cosine of its
-    /// zenith, and its irradiance relative to that at its mean distance.
-    pub(crate) fn new(air: &AirTables, eye_m: f64, [sun_cosine, nearness]: [f64; 2], half: Half, end: End) -> Self {
+    /// Air from an eye at a height to where the rays of one side of the horizon end, in kcd/m². `cover` is the light of the
+    /// clouds in it at the moment. Of the sun the cosine of its zenith, and its irradiance relative to that at its mean distance.
+    pub(crate) fn new(
+        air: &SceneAir,
+        cover: Option<&CoverMoment>,
+        eye_m: f64,
+        [sun_cosine, nearness]: [f64; 2],
+        half: Half,
+        end: End,
+    ) -> Self {
         let [above, below] = match half {
             Half::Above => [ROWS[0], 0],
             Half::Below => [0, ROWS[1]],
         };
         let layout = Layout { above, below, columns: COLUMNS, steps: STEPS };
-        let one = |wave| SunSky::new(wave, eye_m, sun_cosine, layout, end);
-        let waves: Vec<SunSky> = air.waves.par_iter().map(one).collect();
+        let one = |wave: usize| {
+            let covered = air.covered.as_ref().zip(cover);
+            let under = covered.map(|(tables, cover)| UnderCover::new(air, tables, cover, wave));
+            SunSky::new(sky(air, under.as_ref(), wave), eye_m, sun_cosine, layout, end)
+        };
+        let waves: Vec<SunSky> = (0..4).into_par_iter().map(one).collect();
         let band = |wave: usize| match half {
             Half::Above => &waves[wave].above,
             Half::Below => &waves[wave].below,

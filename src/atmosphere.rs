@@ -33,7 +33,7 @@ pub mod under;
 pub mod wavelength;
 
 pub use air::{Air, BeamAlbedo, Boundary};
-pub use depth::DepthTable;
+pub use depth::{DepthTable, SlantColumns};
 pub use fluxes::{COSINES, Fluxes, azimuth_means, cosine_rule, diffuse_fluxes};
 pub use march::{Seen, View, march};
 pub use methods::{Method, SkyModel};

@@ -22,6 +22,8 @@ pub(crate) fn frame(moment: &Moment, number: usize) -> Frame {
             radius: (0.5 * light.sun_diameter) as f32,
             discs: layer.discs,
             spare: [0; 2],
+            through_air: single(light.air_below.ground_beam),
+            spare_2: 0,
         },
         medium: Medium {
             extinction: single(layer.extinction_per_m),

@@ -1,15 +1,16 @@
 //! Light on a scene at a time: where the sun stands, its beam, and the sky. The only place that reads a scene's sun and light.
 
-use crate::atmosphere::diffuse_fluxes;
+use crate::atmosphere::{Moments, diffuse_fluxes};
 use crate::scene::quantity::Quantity as _;
 use crate::scene::{Atmosphere, Scene, SunStand, direction};
+use crate::scene_air::{AirBelow, CoverMoment, SceneAir};
 use crate::spectrum::rec709;
 use crate::sun::{Place, SunError, SunPosition, Utc};
-use crate::tables::AirTables;
 use std::f64::consts::PI;
+use std::sync::Arc;
 
 /// Light above the clouds at a moment.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Illumination {
     /// Unit vector towards the sun (east, north, up).
     pub towards_sun: [f64; 3],
@@ -21,23 +22,33 @@ pub struct Illumination {
     pub sun_diameter: f64,
     /// The sun's irradiance above the air relative to that at its mean distance.
     pub nearness: f64,
+    /// What the air below that height makes of light.
+    pub air_below: AirBelow,
+    /// Light on, in and below the clouds in air, if there are any.
+    pub cover: Option<Arc<CoverMoment>>,
 }
 
 impl Illumination {
-    /// The light of a scene at a time, s since its start; `air` has the tables of its atmosphere, if it has air.
-    pub fn new(scene: &Scene, air: Option<&AirTables>, time_s: f64) -> Self {
+    /// The light of a scene at a time, s since its start; `air` is that of its atmosphere, if it has air.
+    pub fn new(scene: &Scene, air: Option<&SceneAir>, time_s: f64) -> Self {
         let (towards_sun, nearness) = sun(scene, time_s);
         let sun_diameter = scene.sun.angular_diameter_deg.get().to_radians();
         let day = if towards_sun[2] > 0.0 { 1.0 } else { 0.0 };
-        let (beam, sky) = match (&scene.atmosphere, air) {
-            (Atmosphere::Given(light), _) => (light.sun.map(|value| value.get()), light.sky.map(|value| value.get())),
-            (Atmosphere::Air(_), Some(tables)) => {
-                let light = through_air(tables, highest_m(scene), towards_sun[2]);
-                light.map(|colour| colour.map(|value| nearness * value)).into()
+        let light = match (&scene.atmosphere, air) {
+            (Atmosphere::Given(light), _) => AirLight {
+                beam: light.sun.map(|value| value.get()),
+                sky: light.sky.map(|value| value.get()),
+                below: AirBelow::NONE,
+                cover: None,
+            },
+            (Atmosphere::Air(_), Some(air)) => AirLight::new(air, towards_sun[2], nearness),
+            (Atmosphere::Air(_), None) => {
+                AirLight { beam: [0.0; 3], sky: [0.0; 3], below: AirBelow::NONE, cover: None }
             }
-            (Atmosphere::Air(_), None) => ([0.0; 3], [0.0; 3]),
         };
-        Self { towards_sun, beam: beam.map(|value| day * value), sky, sun_diameter, nearness }
+        let AirLight { beam, sky, below, cover } = light;
+        let beam = beam.map(|value| day * value);
+        Self { towards_sun, beam, sky, sun_diameter, nearness, air_below: below, cover: cover.map(Arc::new) }
     }
 
     /// The place that a scene's sun stands over, and when it is so long after the scene's start; `None` for a sun that stands in
@@ -71,17 +82,35 @@ impl Illumination {
     }
 }
 
-/// Where light enters what lies below the air: the highest cloud base, or the ground.
-fn highest_m(scene: &Scene) -> f64 {
-    scene.layers.last().map_or(0.0, |layer| layer.base_m.get())
+/// Light where it enters what lies below the air: the clouds at their top, or the ground.
+struct AirLight {
+    beam: [f64; 3],
+    sky: [f64; 3],
+    below: AirBelow,
+    cover: Option<CoverMoment>,
 }
 
-/// The sun's beam at a height on a plane facing it (klx), and the mean radiance of the sky there (kcd/m2). A colour beyond
-/// Rec.709, as that of the last light of a setting sun, comes to lie on its edge.
-fn through_air(tables: &AirTables, height_m: f64, sun_cosine: f64) -> [[f64; 3]; 2] {
-    let beam = tables.waves.each_ref().map(|wave| wave.air.disc_transmittance(height_m, sun_cosine));
-    let sky = tables.waves.each_ref().map(|wave| diffuse_fluxes(wave, height_m, sun_cosine).down / PI);
-    [beam, sky].map(|waves| rec709(waves).map(|value| value.max(0.0)))
+impl AirLight {
+    /// The sun's beam on a plane facing it in klx, and the mean radiance of the sky in kcd/m². A colour beyond Rec.709, as
+    /// that of the last light of a setting sun, comes to lie on its edge.
+    fn new(air: &SceneAir, sun_cosine: f64, nearness: f64) -> Self {
+        let colour = |waves: [f64; 4]| rec709(waves).map(|value| nearness * value.max(0.0));
+        let beam = |waves: &[Moments; 4], height_m: f64| {
+            colour(waves.each_ref().map(|wave| wave.air.disc_transmittance(height_m, sun_cosine)))
+        };
+        let Some(covered) = &air.covered else {
+            let waves = &air.clear.waves;
+            let sky = waves.each_ref().map(|wave| diffuse_fluxes(wave, 0.0, sun_cosine).down / PI);
+            return Self { beam: beam(waves, 0.0), sky: colour(sky), below: AirBelow::NONE, cover: None };
+        };
+        let cover = CoverMoment::new(covered, sun_cosine);
+        Self {
+            beam: beam(&covered.waves, covered.covers[0].top_m()),
+            sky: colour(cover.with.each_ref().map(|light| light.top.down / PI)),
+            below: AirBelow::new(air, covered, &cover, sun_cosine),
+            cover: Some(cover),
+        }
+    }
 }
 
 /// Unit vector towards the sun (east, north, up), without refraction, and its irradiance relative to that at its mean distance.

@@ -5,28 +5,18 @@ mod contract;
 
 pub use contract::{Fault, RenderError, Texture, Watch};
 
-use crate::ground::GroundMap;
 use crate::illumination::Illumination;
 use crate::image::{Image, MissingImage};
 use crate::plan::Plan;
 use crate::request::Request;
-use crate::scene::{Atmosphere, Scene};
-use crate::tables::{AirMix, AirTables, MixTables, TableLibrary};
+use crate::scene::Scene;
+use crate::scene_air::{SceneAir, air_mix, covered_mix};
+use crate::tables::{MixTables, TableLibrary};
 use std::collections::HashMap;
 use std::sync::Arc;
 
 /// Images by their SHA-256.
 pub type Images = HashMap<String, Arc<Image>>;
-
-/// The air of a scene, if it has any, as its tables depend on it. `images` are those that the scene names.
-///
-/// # Errors
-/// The image of the ground's albedo is not among them.
-pub fn air_mix(scene: &Scene, images: &Images, plan: &Plan) -> Result<Option<AirMix>, MissingImage> {
-    let Atmosphere::Air(column) = &scene.atmosphere else { return Ok(None) };
-    let ground = GroundMap::new(&scene.ground.albedo, images)?.mean();
-    Ok(Some(AirMix::new(*column, ground, plan.tolerance)))
-}
 
 /// One texture to make.
 #[derive(Debug, Clone)]
@@ -36,7 +26,7 @@ pub struct Job {
     request: Request,
     plan: Plan,
     tables: Vec<Arc<MixTables>>,
-    air: Option<Arc<AirTables>>,
+    air: Option<SceneAir>,
     illumination: Illumination,
     images: Images,
 }
@@ -69,25 +59,30 @@ impl Job {
         }
         let plan = Plan::new(&request);
         let mixes = scene.mixes();
-        let air = match air_mix(&scene, &images, &plan)? {
-            None => None,
-            Some(mix) => Some(library.air(&mix, &|part| progress(part / (mixes.len() + 1) as f64))?),
+        let air = air_mix(&scene, &images, &plan)?;
+        // The air takes two parts of the work: without clouds, and with them when their droplets are known.
+        let all = mixes.len() + if air.is_some() { 2 } else { 0 };
+        let begun = |done: usize| move |part: f64| progress((done as f64 + part) / all as f64);
+        let clear = air.as_ref().map(|mix| library.air(mix, &begun(0))).transpose()?;
+        let first = usize::from(air.is_some());
+        let tables = mixes.iter().enumerate().map(|(i, mix)| library.get(mix, plan.detail(), &begun(first + i)));
+        let tables: Vec<Arc<MixTables>> = tables.collect::<Result<_, _>>()?;
+        let air = match (air, clear) {
+            (Some(mix), Some(clear)) => {
+                let covered = covered_mix(&scene, &images, &mix, &tables)?;
+                let covered = covered.map(|mix| library.covered(&mix, &begun(all - 1))).transpose()?;
+                Some(SceneAir { clear, covered })
+            }
+            _ => None,
         };
-        // The air comes first.
-        let (done, all) = (usize::from(air.is_some()), mixes.len() + usize::from(air.is_some()));
-        let tables = mixes.iter().enumerate().map(|(i, mix)| {
-            let part = |part: f64| progress(((done + i) as f64 + part) / all as f64);
-            library.get(mix, plan.detail(), &part)
-        });
-        let tables = tables.collect::<Result<_, _>>()?;
         let scene_id = scene.id();
-        let illumination = Illumination::new(&scene, air.as_deref(), request.time_s);
+        let illumination = Illumination::new(&scene, air.as_ref(), request.time_s);
         Ok(Self { scene, scene_id, request, plan, tables, air, illumination, images })
     }
 
     /// The same at another time, s since the scene's start.
     pub fn at(&self, time_s: f64) -> Self {
-        let illumination = Illumination::new(&self.scene, self.air.as_deref(), time_s);
+        let illumination = Illumination::new(&self.scene, self.air.as_ref(), time_s);
         Self { request: Request { time_s, ..self.request }, illumination, ..self.clone() }
     }
 
@@ -116,8 +111,8 @@ impl Job {
         &self.tables
     }
 
-    /// Tables of the scene's atmosphere, if it has air.
-    pub fn air(&self) -> Option<&Arc<AirTables>> {
+    /// The light of the scene's air, if it has air.
+    pub fn air(&self) -> Option<&SceneAir> {
         self.air.as_ref()
     }
 

@@ -78,6 +78,7 @@ pub mod reference;
 pub mod render;
 pub mod request;
 pub mod scene;
+pub mod scene_air;
 pub mod shade;
 pub mod slab;
 pub mod slice;

@@ -37,6 +37,7 @@ pub(crate) struct Light {
     pub(crate) layers: Vec<LayerLight>,
     /// Diffuse irradiance of the ground.
     pub(crate) gathered: Target,
+    /// As without air among and below the layers.
     pub(crate) energy: Energy,
 }
 
@@ -56,17 +57,19 @@ pub(crate) fn light(gpu: &Gpu, inputs: &LightInputs<'_>, deadline: Option<Instan
     let maps = sunlight::maps(gpu, inputs, deadline)?;
     let columns = sunlight::read(gpu, &maps, inputs.grids, deadline)?;
     let between = between::solve(&columns, inputs);
-    let upload = |label, colours: &[[f32; 3]]| {
-        let data: Vec<f32> = colours.iter().flat_map(|[r, g, b]| [*r, *g, *b, 0.0]).collect();
+    let upload = |label, colours: &[[f32; 3]], air: [f64; 3]| {
+        let [in_r, in_g, in_b] = air.map(|part| part as f32);
+        let data: Vec<f32> = colours.iter().flat_map(|[r, g, b]| [in_r * r, in_g * g, in_b * b, 0.0]).collect();
         gpu.texture_from(label, [colours.len().isqrt() as u32; 2], 4, &data)
     };
     let shares = sunlight::shares(gpu, inputs, &maps, &between.shares, deadline)?;
-    let layers = between.layers.iter().zip(shares).map(|(layer, share)| LayerLight {
-        from_below: upload("from_below", &layer.from_below),
-        from_above: upload("from_above", &layer.from_above),
+    let airs = inputs.air.layers;
+    let layers = between.layers.iter().zip(shares).zip(airs).map(|((layer, share), [below, above])| LayerLight {
+        from_below: upload("from_below", &layer.from_below, below),
+        from_above: upload("from_above", &layer.from_above, above),
         share,
     });
-    let light =
-        Light { layers: layers.collect(), gathered: upload("gathered", &between.gathered), energy: between.energy };
+    let gathered = upload("gathered", &between.gathered, inputs.air.ground_diffuse);
+    let light = Light { layers: layers.collect(), gathered, energy: between.energy };
     Ok(Lit { maps, columns, shares: between.shares, albedo: inputs.albedo.clone(), light: Arc::new(light) })
 }

@@ -121,7 +121,7 @@ impl Moment {
     /// `fields` are those of the job's layers, of which there is at least one.
     pub(crate) fn new(job: &Job, fields: &[Arc<Field>]) -> Self {
         let (scene, plan) = (job.scene(), *job.plan());
-        let illumination = *job.illumination();
+        let illumination = job.illumination().clone();
         let parts = fields.iter().enumerate().map(|(number, field)| layer(job, number, field, &illumination));
         let (mut layers, shapes): (Vec<LayerMoment>, Vec<LayerShape>) = parts.unzip();
         let sides = fields.iter().map(|field| field.thickness.width.max(field.thickness.height));

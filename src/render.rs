@@ -101,11 +101,11 @@ impl Renderer {
     /// See [`RenderError`]; after [`RenderError::DeviceLost`] the renderer is of no more use.
     pub fn render(&mut self, job: &Job, watch: &Watch) -> Result<Texture, RenderError> {
         let request = job.request();
-        let illumination = *job.illumination();
+        let illumination = job.illumination();
         let mut clock = Clock::default();
         let [width, height] = request.texels(job.scene());
         let (texels, plane_m, deepest_m) = if job.scene().layer_count() == 0 && request.wanted.sphere().is_none() {
-            let texel = clear::texel(&request.wanted, &illumination);
+            let texel = clear::texel(&request.wanted, illumination);
             let data = texel.repeat(width as usize * height as usize);
             (Texels { data, standard_error: None }, 0.0, 0.0)
         } else {

@@ -2,12 +2,14 @@
 //! in a store, shared by everyone who needs it.
 
 mod air;
+mod covered;
 mod error;
 mod file;
 mod library;
 mod mix;
 
 pub use air::{AirMix, AirTables};
+pub use covered::{CoverLayer, CoveredMix, CoveredTables};
 pub use error::TableError;
 pub use library::{Artefact, TableLibrary};
 pub use mix::{Detail, MixTables, Radiance};

@@ -16,7 +16,7 @@ use axum::response::{IntoResponse, Response};
 use futures_util::stream;
 use serde::Serialize;
 use sha2::{Digest as _, Sha256};
-use skyloom::job::air_mix;
+use skyloom::scene_air::{air_mix, covered_mix};
 use skyloom::plan::{Choice, Plan, expected_error, meets_tolerance};
 use skyloom::render::{Images, Job};
 use skyloom::request::{Request, RequestError};
@@ -238,12 +238,13 @@ pub async fn tables(
     let plan = Plan::new(request);
     let detail = plan.detail();
     let air = air_mix(scene, images, &plan).map_err(|missing| ApiError::Internal(missing.to_string()))?;
-    if let Some(mix) = air.filter(|mix| !app.library.air_ready(mix)) {
+    if let Some(mix) = air.clone().filter(|mix| !app.library.air_ready(mix)) {
         let _permit = app.table_work().await?;
         let library = Arc::clone(&app.library);
         let work = move || library.air(&mix, &|_| ()).map_err(|error| ApiError::Internal(error.to_string()));
         blocking(work).await?;
     }
+    let mut droplets = Vec::new();
     for (layer, mix) in scene.mixes().into_iter().enumerate() {
         // One blocking thread for each mix, however many requests wait for it. Tables once begun are finished: the next
         // request will want them too.
@@ -268,10 +269,19 @@ pub async fn tables(
         };
         let built = app.tables.join(&format!("{} {detail:?}", mix.key()), build).await;
         let built = built.unwrap_or_else(|| Err(TableError::Abandoned(mix.describe())));
-        built.map_err(|error| refused(error, layer))?;
+        droplets.push(built.map_err(|error| refused(error, layer))?);
         if cancelled.load(Ordering::Relaxed) {
             return Err(Stopped::Cancelled);
         }
+    }
+    let Some(air) = air else { return Ok(()) };
+    let covered = covered_mix(scene, images, &air, &droplets);
+    let covered = covered.map_err(|missing| ApiError::Internal(missing.to_string()))?;
+    if let Some(mix) = covered.filter(|mix| !app.library.covered_ready(mix)) {
+        let _permit = app.table_work().await?;
+        let library = Arc::clone(&app.library);
+        let work = move || library.covered(&mix, &|_| ()).map_err(|error| ApiError::Internal(error.to_string()));
+        blocking(work).await?;
     }
     Ok(())
 }

@@ -9,6 +9,8 @@ struct Sun {
     radius: f32,              // of its disc, radians
     discs: u32,               // places on the disc that are looked at, 1 for a point
     spare: vec2<u32>,
+    through_air: vec3<f32>,   // part of its beam that air among and below the clouds leaves on the ground
+    spare_2: u32,
 }
 
 // What a layer is made of: red, green and blue are 650, 550 and 450 nm.

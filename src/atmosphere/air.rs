@@ -4,7 +4,7 @@ use std::f64::consts::PI;
 use std::fmt;
 use std::sync::Arc;
 
-use super::depth::DepthTable;
+use super::depth::{DepthTable, SlantColumns};
 use super::geometry::{TOP_M, sin_dip};
 use super::profile::{Medium, Profile};
 
@@ -59,7 +59,14 @@ impl Air {
     /// Tabulates the optical depth of a medium above a boundary.
     #[must_use]
     pub fn new(medium: Medium, boundary: Boundary) -> Self {
-        let depth = DepthTable::new(&medium, boundary.height_m);
+        let columns = SlantColumns::new(medium.aerosol.scale_height_m, boundary.height_m);
+        Self::with(&columns, medium, boundary)
+    }
+
+    /// The same by amounts of air that are known already: of the aerosol's scale height and the boundary's height.
+    #[must_use]
+    pub fn with(columns: &SlantColumns, medium: Medium, boundary: Boundary) -> Self {
+        let depth = DepthTable::new(&medium, columns);
         Self { profile: medium.profile(), medium, boundary, depth }
     }
 

@@ -4,7 +4,7 @@ use rayon::prelude::*;
 
 use super::geometry::{TOP_M, horizon_distance, radius_m};
 use super::path::{Limits, walk};
-use super::profile::Medium;
+use super::profile::{Medium, shapes};
 
 /// Rows: distances to the horizon.
 const ROWS: usize = 128;
@@ -12,6 +12,45 @@ const ROWS: usize = 128;
 const COLUMNS: usize = 1024;
 /// Steps of a ray of the table.
 const STEPS: usize = 64;
+
+/// Amounts of air along rays to the top, for molecules, aerosol and ozone each in units of what is there at sea level or in
+/// the middle of the ozone layer, m. They are the same at all wavelengths.
+#[derive(Clone, Debug)]
+pub struct SlantColumns {
+    floor_m: f64,
+    /// Distance from the top to the floor's horizon, m.
+    reach_m: f64,
+    amounts: Vec<[f64; 3]>,
+}
+
+impl SlantColumns {
+    /// Integrates the table for air above `floor_m`, with aerosol of a scale height.
+    #[must_use]
+    pub fn new(aerosol_scale_m: f64, floor_m: f64) -> Self {
+        let reach_m = horizon_distance(TOP_M, floor_m);
+        let floor_radius_m = radius_m(floor_m);
+        let mut amounts = vec![[0.0; 3]; ROWS * COLUMNS];
+        amounts.par_chunks_mut(COLUMNS).enumerate().for_each(|(row, amounts)| {
+            let rho = reach_m * row as f64 / (ROWS - 1) as f64;
+            let height_m = (floor_m + rho * rho / (floor_radius_m + floor_radius_m.hypot(rho))).min(TOP_M);
+            let nearest_m = TOP_M - height_m;
+            let lowest_cosine = -rho / radius_m(height_m);
+            for (column, amount) in amounts.iter_mut().enumerate() {
+                let distance_m = nearest_m + (rho + reach_m - nearest_m) * column as f64 / (COLUMNS - 1) as f64;
+                if distance_m > 0.0 {
+                    let square = (reach_m - rho) * (reach_m + rho) - distance_m * distance_m;
+                    let cosine = (square / (2.0 * radius_m(height_m) * distance_m)).clamp(lowest_cosine, 1.0);
+                    let limits = Limits { floor_m, ceiling_m: TOP_M };
+                    walk(height_m, cosine, limits, STEPS, |_, length_m, there_m| {
+                        let there = shapes(there_m, aerosol_scale_m);
+                        amount.iter_mut().zip(there).for_each(|(sum, shape)| *sum += shape * length_m);
+                    });
+                }
+            }
+        });
+        Self { floor_m, reach_m, amounts }
+    }
+}
 
 /// Table of optical depth to the top over (distance to the horizon, distance to the top).
 ///
@@ -40,31 +79,13 @@ pub struct DepthRow<'a> {
 }
 
 impl DepthTable {
-    /// Integrates the table for air above `floor_m`.
+    /// The table of a medium, by amounts of air that have its aerosol's scale height.
     #[must_use]
-    pub fn new(medium: &Medium, floor_m: f64) -> Self {
-        let profile = medium.profile();
-        let reach_m = horizon_distance(TOP_M, floor_m);
-        let floor_radius_m = radius_m(floor_m);
-        let mut depths = vec![0.0; ROWS * COLUMNS];
-        depths.par_chunks_mut(COLUMNS).enumerate().for_each(|(row, depths)| {
-            let rho = reach_m * row as f64 / (ROWS - 1) as f64;
-            let height_m = (floor_m + rho * rho / (floor_radius_m + floor_radius_m.hypot(rho))).min(TOP_M);
-            let nearest_m = TOP_M - height_m;
-            let lowest_cosine = -rho / radius_m(height_m);
-            for (column, depth) in depths.iter_mut().enumerate() {
-                let distance_m = nearest_m + (rho + reach_m - nearest_m) * column as f64 / (COLUMNS - 1) as f64;
-                if distance_m > 0.0 {
-                    let square = (reach_m - rho) * (reach_m + rho) - distance_m * distance_m;
-                    let cosine = (square / (2.0 * radius_m(height_m) * distance_m)).clamp(lowest_cosine, 1.0);
-                    let limits = Limits { floor_m, ceiling_m: TOP_M };
-                    walk(height_m, cosine, limits, STEPS, |_, length_m, there_m| {
-                        *depth += profile.at(there_m).extinction * length_m;
-                    });
-                }
-            }
-        });
-        Self { floor_m, reach_m, depths }
+    pub fn new(medium: &Medium, columns: &SlantColumns) -> Self {
+        let [rayleigh, aerosol, ozone] = medium.profile().unit_extinctions();
+        let depth = |[a, b, c]: &[f64; 3]| rayleigh * a + aerosol * b + ozone * c;
+        let depths = columns.amounts.iter().map(depth).collect();
+        Self { floor_m: columns.floor_m, reach_m: columns.reach_m, depths }
     }
 
     /// The table at a height (m, floor to top).

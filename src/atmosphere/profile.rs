@@ -4,6 +4,7 @@ use std::f64::consts::PI;
 use std::fmt;
 use std::sync::Arc;
 
+use super::exponential::exp;
 use super::geometry::TOP_M;
 use super::wavelength::{ozone_depth, rayleigh_depth};
 
@@ -94,6 +95,9 @@ pub struct Coefficients {
     pub extinction: f64,
 }
 
+/// Less than e to this power is none.
+const LEAST_EXPONENT: f64 = -700.0;
+
 /// Share of an exponential profile that stands below the top, per metre at sea level.
 fn at_sea_level(scale_height_m: f64) -> f64 {
     1.0 / (scale_height_m * (1.0 - (-TOP_M / scale_height_m).exp()))
@@ -171,14 +175,27 @@ pub struct Profile {
     ozone: f64,
 }
 
+/// Molecules, aerosol and ozone at a height (m, 0 to [`TOP_M`]), relative to sea level and to the middle of the ozone layer.
+#[must_use]
+#[inline]
+pub fn shapes(height_m: f64, aerosol_scale_m: f64) -> [f64; 3] {
+    let ozone = (1.0 - (height_m - OZONE_MIDDLE_M).abs() / OZONE_REACH_M).max(0.0);
+    [exp(-height_m / RAYLEIGH_SCALE_M), exp((-height_m / aerosol_scale_m).max(LEAST_EXPONENT)), ozone]
+}
+
 impl Profile {
+    /// Extinction of molecules and aerosol at sea level, and of ozone in the middle of its layer, 1/m.
+    #[must_use]
+    pub fn unit_extinctions(&self) -> [f64; 3] {
+        [self.rayleigh, self.aerosol, self.ozone]
+    }
+
     /// Coefficients at a height (m, 0 to [`TOP_M`]).
     #[must_use]
     #[inline]
     pub fn at(&self, height_m: f64) -> Coefficients {
-        let rayleigh = self.rayleigh * (-height_m / RAYLEIGH_SCALE_M).exp();
-        let aerosol = self.aerosol * (-height_m / self.aerosol_scale_m).exp();
-        let ozone = self.ozone * (1.0 - (height_m - OZONE_MIDDLE_M).abs() / OZONE_REACH_M).max(0.0);
+        let shapes = shapes(height_m, self.aerosol_scale_m);
+        let (rayleigh, aerosol, ozone) = (self.rayleigh * shapes[0], self.aerosol * shapes[1], self.ozone * shapes[2]);
         Coefficients { rayleigh, aerosol: self.albedo * aerosol, extinction: rayleigh + aerosol + ozone }
     }
 }

@@ -97,7 +97,8 @@ impl Viewpoint {
 
             let depths = air.depth.at(step.height_m);
             let (lit, clear) = shade.map_or((1.0, 1.0), |shade| (shade.beam, shade.clear));
-            let of_clouds = shade.map_or(0.0, |shade| weight.rayleigh * shade.rayleigh + weight.aerosol * shade.aerosol);
+            let asymmetry = air.medium.aerosol.moment(1);
+            let of_clouds = shade.map_or(0.0, |shade| shade.scattered(weight, asymmetry, step.cosine));
             let view_square = square(step.cosine);
             let sine = view_square.sqrt();
             // Two azimuths at once; the last of an odd number is computed twice.

@@ -4,6 +4,7 @@
 //! clear air's, and of what the clouds' light makes there.
 
 use super::moments::Moments;
+use super::profile::Coefficients;
 
 /// Light in the air below a cover at a height.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -12,10 +13,19 @@ pub struct Shade {
     pub beam: f64,
     /// Part of clear air's diffuse light that is there, 0 to 1.
     pub clear: f64,
-    /// Light of the clouds that molecules scatter into a view: radiance per optical depth of scattering, 1/sr per unit sun.
-    pub rayleigh: f64,
-    /// The same of aerosol.
-    pub aerosol: f64,
+    /// Mean radiance over all directions of the light that the clouds make of it all, 1/sr per unit sun.
+    pub mean: f64,
+    /// Downward less upward irradiance of that light, over 4 pi.
+    pub net: f64,
+}
+
+impl Shade {
+    /// The clouds' light scattered into a view upwards of this cosine, by air of these coefficients and the aerosol's
+    /// asymmetry: to first order in the phase function.
+    pub(super) fn scattered(self, weight: Coefficients, asymmetry: f64, view_cosine: f64) -> f64 {
+        let even = (weight.rayleigh + weight.aerosol) * self.mean;
+        (even + 3.0 * weight.aerosol * asymmetry * view_cosine * self.net).max(0.0)
+    }
 }
 
 /// A cover of cloud, seen from the air below it.

@@ -27,6 +27,10 @@ pub struct Sun {
     pub discs: u32,
     /// Unused.
     pub spare: [u32; 2],
+    /// Part of its beam that air among and below the clouds leaves on the ground.
+    pub through_air: [f32; 3],
+    /// Unused.
+    pub spare_2: u32,
 }
 
 /// What a layer is made of: red, green and blue are 650, 550 and 450 nm.

@@ -4,6 +4,7 @@ use super::plan::Grids;
 use crate::field::Field;
 use crate::gpu::HostMap;
 use crate::method::Transport;
+use crate::scene_air::AirBelow;
 use crate::slice::DeviceTables;
 
 /// A layer as the stage takes it.
@@ -25,6 +26,8 @@ pub(crate) struct LightInputs<'a> {
     pub(crate) sun: [f64; 3],
     /// Radiance of the sky.
     pub(crate) sky: [f64; 3],
+    /// What air among and below the layers makes of light.
+    pub(crate) air: AirBelow,
     /// Side of the domain.
     pub(crate) extent_m: f64,
     /// From a ground point to where its sun ray crosses the lowest base, domains.

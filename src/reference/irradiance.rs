@@ -9,11 +9,12 @@ use glam::DVec3;
 /// Irradiance of each texel, three colours, in units of the sun's irradiance. `gathered`: light of the cloud base on the
 /// ground.
 pub fn main(frame: &Frame, view: &View, ground_sun: &[GroundSun], gathered: &Map) -> Vec<f64> {
-    let horizontal = vec3(frame.sun.irradiance) * f64::from(frame.sun.cosine);
+    let sun = &frame.sun;
+    let horizontal = vec3(sun.irradiance) * f64::from(sun.cosine) * vec3(sun.through_air);
     let diffuse = image(view, |uv| rgb(gathered.sample_periodic(uv.to_array())).to_array());
     let texels = diffuse.chunks(3).zip(ground_sun);
     texels
-        .flat_map(|(diffuse, sun)| {
+        .flat_map(|(diffuse, sun): (_, &GroundSun)| {
             let beam = horizontal * sun.beam.truncate();
             let total = beam + DVec3::from_slice(diffuse);
             let direct = if view.peak == 1 { beam } else { horizontal * sun.unscattered.truncate() };

@@ -117,7 +117,7 @@ impl MomentKey {
     pub(super) fn new(job: &Job, moment: &Moment) -> Self {
         let layers = moment.layers.iter().enumerate();
         let layers = layers.map(|(number, layer)| (layer.offset_uv, FieldKey::new(job, number))).collect();
-        let air = job.air().map(|air| air.key.clone());
+        let air = job.air().map(|air| air.key().to_owned());
         let towards_sun = moment.illumination.towards_sun;
         Self { scene: job.scene_id().to_owned(), towards_sun, air, layers }
     }
@@ -161,7 +161,7 @@ impl GroundKey {
 
 impl AirKey {
     pub(super) fn new(job: &Job, eye: [f64; 3], half: Half, end: End) -> Self {
-        let air = job.air().map_or_else(|| job.scene_id().to_owned(), |air| air.key.clone());
+        let air = job.air().map_or_else(|| job.scene_id().to_owned(), |air| air.key().to_owned());
         Self { air, eye, half, end }
     }
 }

@@ -314,6 +314,7 @@ fn lit(gpu: &Gpu, job: &Job, watch: &Watch, run: &Run, frames: &[wgpu::Buffer]) 
         layers: &layers,
         sun: moment.illumination.direct(),
         sky: moment.illumination.sky,
+        air: moment.illumination.air_below,
         extent_m: moment.extent_m,
         shift_uv: moment.layers[0].shift_uv,
         grids: &moment.grids,

@@ -17,6 +17,7 @@ use crate::moment::{LayerMoment, Moment};
 use crate::request::Sphere;
 use crate::scene::Atmosphere;
 use crate::scene::quantity::Quantity as _;
+use crate::scene_air::CoverMoment;
 use crate::shade::{self, DeviceAir, GroundLit, Inputs, LayerInputs, OnGround, SkyClouds, SkyInputs, SkyLayer, dip};
 use std::sync::Arc;
 
@@ -54,13 +55,14 @@ struct Eye {
     sun_cosine: f64,
     nearness: f64,
     sky: [f64; 3],
+    cover: Option<Arc<CoverMoment>>,
     in_air: bool,
     asymmetry: f64,
 }
 
 impl Eye {
     fn new(job: &Job, moment: &Moment, sphere: &Sphere) -> Self {
-        let Illumination { towards_sun, sky, nearness, .. } = moment.illumination;
+        let Illumination { towards_sun, sky, nearness, .. } = &moment.illumination;
         let asymmetry = match &job.scene().atmosphere {
             Atmosphere::Given(_) => 0.0,
             Atmosphere::Air(air) => air.aerosol.asymmetry.get(),
@@ -68,8 +70,9 @@ impl Eye {
         Self {
             height_m: sphere.eye[2],
             sun_cosine: towards_sun[2],
-            nearness,
-            sky,
+            nearness: *nearness,
+            sky: *sky,
+            cover: moment.illumination.cover.clone(),
             in_air: job.air().is_some(),
             asymmetry,
         }
@@ -83,7 +86,10 @@ impl Eye {
             (None, ..) => vacuum([0.0; 3]),
             (Some(_), Half::Above, End::Shell(base_m)) if self.height_m >= base_m => vacuum([0.0; 3]),
             (Some(_), Half::Below, End::Shell(top_m)) if self.height_m <= top_m => vacuum([0.0; 3]),
-            (Some(air), ..) => AirMap::new(air, self.height_m, [self.sun_cosine, self.nearness], half, end),
+            (Some(air), ..) => {
+                let sun = [self.sun_cosine, self.nearness];
+                AirMap::new(air, self.cover.as_deref(), self.height_m, sun, half, end)
+            }
         }
     }
 }

@@ -3,7 +3,7 @@
 use super::error::TableError;
 use super::library::{Artefact, TableLibrary};
 use crate::atmosphere::wavelength::aerosol_depth;
-use crate::atmosphere::{Aerosol, Air, Boundary, Medium, Moments, Quality};
+use crate::atmosphere::{Aerosol, Air, Boundary, Medium, Moments, Quality, SlantColumns};
 use crate::scene::quantity::Quantity as _;
 use crate::scene::{AerosolColumn, AirColumn};
 use crate::spectrum::WAVELENGTHS_NM;
@@ -39,13 +39,47 @@ impl AirMix {
         Self { column, ground_albedo: [r, 0.5 * (r + g), g, b], quality }
     }
 
-    fn air(&self, wave: usize) -> Air {
+    /// The air at a wavelength.
+    pub(super) fn medium(&self, wave: usize) -> Medium {
         let wavelength_nm = WAVELENGTHS_NM[wave];
         let AerosolColumn { optical_depth, angstrom, asymmetry, albedo, scale_height_m } = self.column.aerosol;
         let depth = aerosol_depth(optical_depth.get(), angstrom.get(), wavelength_nm);
         let aerosol = Aerosol::henyey_greenstein(depth, scale_height_m.get(), albedo.get(), asymmetry.get());
-        let medium = Medium::new(wavelength_nm, self.column.rayleigh.get(), self.column.ozone_du.get(), aerosol);
-        Air::new(medium, Boundary::ground(self.ground_albedo[wave]))
+        Medium::new(wavelength_nm, self.column.rayleigh.get(), self.column.ozone_du.get(), aerosol)
+    }
+
+    /// The air of the four wavelengths above boundaries of one height.
+    pub(super) fn airs(&self, boundaries: [Boundary; 4]) -> [Air; 4] {
+        let columns = SlantColumns::new(self.column.aerosol.scale_height_m.get(), boundaries[0].height_m);
+        let mut waves = 0..;
+        boundaries.map(|boundary| Air::with(&columns, self.medium(waves.next().unwrap_or(0)), boundary))
+    }
+
+    fn over_ground(&self) -> [Air; 4] {
+        self.airs(self.ground_albedo.map(Boundary::ground))
+    }
+
+    /// Solves the air of the four wavelengths, one after the other: each takes all cores.
+    pub(super) fn solve(&self, airs: [Air; 4], progress: &(dyn Fn(f64) + Sync)) -> [Moments; 4] {
+        let mut done = 0.0;
+        airs.map(|air| {
+            let part = |part: f64| progress((done + part) / 4.0);
+            let solved = Moments::solve(air, self.quality, self.column.polarisation, &part);
+            done += 1.0;
+            solved
+        })
+    }
+
+    /// Tables as they were kept, of this air above any boundaries; `None` where the parts are not such.
+    pub(super) fn read_waves(&self, airs: [Air; 4], parts: &[&[u8]]) -> Option<[Moments; 4]> {
+        let [a, b, c, d] = parts else { return None };
+        let wave = |air: Air, part: &[u8]| {
+            let (numbers, []) = part.as_chunks::<8>() else { return None };
+            let numbers: Vec<f64> = numbers.iter().map(|number| f64::from_le_bytes(*number)).collect();
+            Moments::from_numbers(air, self.quality, self.column.polarisation, &numbers)
+        };
+        let [one, two, three, four] = airs;
+        Some([wave(one, a)?, wave(two, b)?, wave(three, c)?, wave(four, d)?])
     }
 }
 
@@ -63,16 +97,11 @@ impl Artefact for AirMix {
             self.column.ozone_du.get(),
             self.column.rayleigh.get(),
         ];
-        // Of all digits: written out, tiny numbers are longer than a file's name may be.
         let mut hash = Sha256::new();
         for number in air.iter().chain(&self.ground_albedo) {
             hash.update(number.to_bits().to_le_bytes());
         }
-        let name = hash.finalize().iter().take(16).fold(String::with_capacity(32), |mut text, byte| {
-            // Writing to a String cannot fail.
-            let _ = write!(text, "{byte:02x}");
-            text
-        });
+        let name = name(hash);
         let light = if self.column.polarisation { "vector" } else { "scalar" };
         let quality = match self.quality {
             Quality::Fast => "fast",
@@ -88,32 +117,41 @@ impl Artefact for AirMix {
     }
 
     fn build(&self, progress: &(dyn Fn(f64) + Sync)) -> Result<AirTables, TableError> {
-        let solve = |wave: usize| {
-            let part = |part: f64| progress((wave as f64 + part) / 4.0);
-            Moments::solve(self.air(wave), self.quality, self.column.polarisation, &part)
-        };
-        Ok(AirTables { key: self.key(), waves: [solve(0), solve(1), solve(2), solve(3)] })
+        Ok(AirTables { key: self.key(), waves: self.solve(self.over_ground(), progress) })
     }
 
     fn to_parts(&self, tables: &AirTables) -> Vec<Vec<u8>> {
-        let bytes = |numbers: Vec<f64>| numbers.iter().flat_map(|number| number.to_le_bytes()).collect();
-        tables.waves.iter().map(|wave| bytes(wave.to_numbers())).collect()
+        waves_to_parts(&tables.waves)
     }
 
     fn read_parts(&self, parts: &[&[u8]]) -> Option<AirTables> {
-        let wave = |wave: usize| {
-            let (numbers, []) = parts.get(wave)?.as_chunks::<8>() else { return None };
-            let numbers: Vec<f64> = numbers.iter().map(|number| f64::from_le_bytes(*number)).collect();
-            Moments::from_numbers(self.air(wave), self.quality, self.column.polarisation, &numbers)
-        };
-        (parts.len() == 4).then_some(())?;
-        Some(AirTables { key: self.key(), waves: [wave(0)?, wave(1)?, wave(2)?, wave(3)?] })
+        let waves = self.read_waves(self.over_ground(), parts)?;
+        Some(AirTables { key: self.key(), waves })
     }
 
     fn bytes(&self, tables: &AirTables) -> usize {
-        // The table of optical depth beside that of moments.
-        tables.waves.iter().map(|wave| 8 * (wave.to_numbers().len() + DEPTH_NODES)).sum()
+        memory(&tables.waves)
     }
+}
+
+/// Tables as they are kept.
+pub(super) fn waves_to_parts(waves: &[Moments; 4]) -> Vec<Vec<u8>> {
+    let bytes = |numbers: Vec<f64>| numbers.iter().flat_map(|number| number.to_le_bytes()).collect();
+    waves.iter().map(|wave| bytes(wave.to_numbers())).collect()
+}
+
+/// Memory of tables, bytes: that of optical depth beside that of moments.
+pub(super) fn memory(waves: &[Moments; 4]) -> usize {
+    waves.iter().map(|wave| 8 * (wave.to_numbers().len() + DEPTH_NODES)).sum()
+}
+
+/// The first half of a hash, in letters that fit a file's name: written out, all digits of some numbers would not.
+pub(super) fn name(hash: Sha256) -> String {
+    hash.finalize().iter().take(16).fold(String::with_capacity(32), |mut text, byte| {
+        // Writing to a String cannot fail.
+        let _ = write!(text, "{byte:02x}");
+        text
+    })
 }
 
 /// Nodes of a table of optical depth.

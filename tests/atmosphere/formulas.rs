@@ -7,7 +7,7 @@ use skyloom::atmosphere::geometry::{
 };
 use skyloom::atmosphere::harmonics::{Harmonics, count, index, legendre_sum};
 use skyloom::atmosphere::wavelength::{ozone_absorption, rayleigh_depth};
-use skyloom::atmosphere::{Aerosol, DepthTable, Medium, Quality, Resolution};
+use skyloom::atmosphere::{Aerosol, DepthTable, Medium, Quality, Resolution, SlantColumns};
 
 use super::medium;
 
@@ -34,7 +34,7 @@ fn optical_depths_by_wavelength_are_the_published_ones() {
 fn vertical_optical_depth_is_the_closed_form() {
     for name in ["std", "haze", "rayleigh"] {
         let medium = medium(name, 575.0);
-        let depths = DepthTable::new(&medium, 0.0);
+        let depths = DepthTable::new(&medium, &SlantColumns::new(medium.aerosol.scale_height_m, 0.0));
         for height_m in [0.0, 500.0, 3000.0, 12_000.0, 25_000.0, 40_000.0] {
             let exact = medium.depth_above(height_m);
             let error = depths.at(height_m).depth(1.0) / exact - 1.0;
@@ -65,7 +65,7 @@ fn slant_depth(medium: &Medium, height_m: f64, cosine: f64) -> f64 {
 fn slant_optical_depth_is_right_down_to_the_horizon() {
     for name in ["std", "haze", "rayleigh"] {
         let medium = medium(name, 440.0);
-        let depths = DepthTable::new(&medium, 0.0);
+        let depths = DepthTable::new(&medium, &SlantColumns::new(medium.aerosol.scale_height_m, 0.0));
         let mut worst: f64 = 0.0;
         for height_m in [0.0, 20.0, 300.0, 1500.0, 5000.0, 9000.0, 30_000.0, 70_000.0] {
             let horizon = -sin_dip(height_m, 0.0);

@@ -1,0 +1,190 @@
+//! The light of a scene's air: which tables it takes, and what clouds and air make of each other's light at a moment.
+
+use crate::atmosphere::{Moments, Shade, Sky, Under};
+use crate::cover::{Cover, CoverLight, Level};
+use crate::field;
+use crate::ground::GroundMap;
+use crate::image::{Image, MissingImage};
+use crate::plan::Plan;
+use crate::scene::quantity::Quantity as _;
+use crate::scene::{Atmosphere, Scene};
+use crate::spectrum::rec709;
+use crate::tables::{AirMix, AirTables, CoverLayer, CoveredMix, CoveredTables, MixTables};
+use std::collections::HashMap;
+use std::f64::consts::PI;
+use std::sync::Arc;
+
+/// The air of a scene, if it has any, as its tables depend on it. `images` are those that the scene names.
+///
+/// # Errors
+/// The image of the ground's albedo is not among them.
+pub fn air_mix(scene: &Scene, images: &HashMap<String, Arc<Image>>, plan: &Plan) -> Result<Option<AirMix>, MissingImage> {
+    let Atmosphere::Air(column) = &scene.atmosphere else { return Ok(None) };
+    let ground = GroundMap::new(&scene.ground.albedo, images)?.mean();
+    Ok(Some(AirMix::new(*column, ground, plan.tolerance)))
+}
+
+/// The air of a scene with its clouds in it, if it has both, as the tables of that depend on them. `air` is that of
+/// [`air_mix`], `droplets` are the tables of its layers' droplets, lowest first.
+///
+/// # Errors
+/// An image of a layer is not among `images`.
+pub fn covered_mix(
+    scene: &Scene,
+    images: &HashMap<String, Arc<Image>>,
+    air: &AirMix,
+    droplets: &[Arc<MixTables>],
+) -> Result<Option<CoveredMix>, MissingImage> {
+    let mut layers = Vec::new();
+    for (layer, droplets) in scene.layers.iter().zip(droplets) {
+        let columns = field::columns(&layer.thickness, images)?;
+        let cross_sections = droplets.channels.each_ref().map(|channel| channel.cross_section_um2);
+        let extinction_per_m = layer.droplets.extinction_per_m(cross_sections);
+        let droplets = Arc::clone(droplets);
+        layers.push(CoverLayer { base_m: layer.base_m.get(), columns, extinction_per_m, droplets });
+    }
+    Ok(layers.iter().any(CoverLayer::has_cloud).then(|| CoveredMix { air: air.clone(), layers }))
+}
+
+/// The light of a scene's air.
+#[derive(Debug, Clone)]
+pub struct SceneAir {
+    /// Over the ground, without clouds.
+    pub clear: Arc<AirTables>,
+    /// With the clouds in it, if there are any.
+    pub covered: Option<Arc<CoveredTables>>,
+}
+
+impl SceneAir {
+    /// Names it exactly.
+    pub fn key(&self) -> &str {
+        self.covered.as_ref().map_or(&self.clear.key, |covered| &covered.key)
+    }
+}
+
+/// Light of the sun and of the air at a moment on, in and below the clouds, at the four wavelengths; per unit sun.
+#[derive(Debug, Clone, PartialEq)]
+pub struct CoverMoment {
+    /// With the air among and below the clouds.
+    pub with: [CoverLight; 4],
+    /// Without it, under the same light but an even sky: what the stages that know no air make of it, in the mean.
+    pub without: [CoverLight; 4],
+}
+
+impl CoverMoment {
+    /// Light of a sun of this cosine at the clouds' top.
+    pub fn new(tables: &CoveredTables, sun_cosine: f64) -> Self {
+        let with: [CoverLight; 4] =
+            std::array::from_fn(|wave| tables.covers[wave].light(&tables.waves[wave], sun_cosine));
+        let even = |wave: usize, cover: &Cover| {
+            let Level { direct, down, .. } = with[wave].top;
+            cover.lit(sun_cosine, direct, [down / PI; _])
+        };
+        let without = std::array::from_fn(|wave| even(wave, &tables.airless[wave]));
+        Self { with, without }
+    }
+
+    /// What the air makes of an irradiance, relative to none.
+    fn factor(&self, irradiance: impl Fn(&CoverLight) -> f64) -> [f64; 3] {
+        relative(self.with.each_ref().map(&irradiance), self.without.each_ref().map(&irradiance))
+    }
+}
+
+/// Less light than this, per unit sun, is none.
+const DARK: f64 = 1e-30;
+
+/// Ratio of two lights in red, green and blue, between the least and the greatest ratio of a wavelength; 1 in the dark.
+fn relative(with: [f64; 4], without: [f64; 4]) -> [f64; 3] {
+    let ratios: [f64; 4] = std::array::from_fn(|wave| if without[wave] > DARK { with[wave] / without[wave] } else { 1.0 });
+    let (least, greatest) = ratios.iter().fold((f64::MAX, 0.0_f64), |(a, b), &ratio| (a.min(ratio), b.max(ratio)));
+    // Colours beyond Rec.709, as of the last light of a setting sun, have parts below 0: then the nearest wavelength counts.
+    let near = [ratios[0], ratios[1], ratios[3]];
+    let (with, without) = (rec709(with), rec709(without));
+    std::array::from_fn(|c| {
+        let ratio = if with[c] > 0.0 && without[c] > DARK { with[c] / without[c] } else { near[c] };
+        ratio.clamp(least, greatest)
+    })
+}
+
+/// What the air among and below the clouds makes of light, relative to none; 1 where there is none. Red, green, blue.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct AirBelow {
+    /// Of the sun's beam from the clouds' top to the ground.
+    pub ground_beam: [f64; 3],
+    /// Of diffuse light on the ground.
+    pub ground_diffuse: [f64; 3],
+    /// Of light on each layer from below and from above, lowest layer first.
+    pub layers: [[[f64; 3]; 2]; Scene::MAX_LAYERS],
+}
+
+impl AirBelow {
+    /// None.
+    pub const NONE: Self = Self {
+        ground_beam: [1.0; 3],
+        ground_diffuse: [1.0; 3],
+        layers: [[[1.0; 3]; 2]; Scene::MAX_LAYERS],
+    };
+
+    /// Of a moment's clouds. In the mean over the domain light then is that of the clouds as even layers in air; from place to
+    /// place it varies as it does without air.
+    pub fn new(air: &SceneAir, tables: &CoveredTables, moment: &CoverMoment, sun_cosine: f64) -> Self {
+        let mut below = Self::NONE;
+        // Along the sphere: a level layer of air lets nothing through from the horizon.
+        let beam = |waves: &[Moments; 4], height_m: f64| {
+            waves.each_ref().map(|wave| wave.air.disc_transmittance(height_m, sun_cosine))
+        };
+        below.ground_beam = relative(beam(&air.clear.waves, 0.0), beam(&tables.waves, tables.covers[0].top_m()));
+        below.ground_diffuse = moment.factor(|light| light.ground.down);
+        for (factors, [base_m, top_m]) in below.layers.iter_mut().zip(&tables.heights_m) {
+            *factors = [moment.factor(|light| light.at(*base_m).up), moment.factor(|light| light.at(*top_m).down)];
+        }
+        below
+    }
+}
+
+/// The air of a wavelength below the top of the clouds.
+#[derive(Debug)]
+pub struct UnderCover<'a> {
+    clear: &'a Moments,
+    with: &'a CoverLight,
+    without: &'a CoverLight,
+    /// Part of the sky that cloud takes.
+    part: f64,
+}
+
+impl<'a> UnderCover<'a> {
+    /// Of a moment's clouds.
+    pub fn new(air: &'a SceneAir, tables: &CoveredTables, moment: &'a CoverMoment, wave: usize) -> Self {
+        let (with, without) = (&moment.with[wave], &moment.without[wave]);
+        Self { clear: &air.clear.waves[wave], with, without, part: tables.part }
+    }
+}
+
+impl Under for UnderCover<'_> {
+    fn ceiling_m(&self) -> f64 {
+        self.with.top.height_m
+    }
+
+    fn clear(&self) -> &Moments {
+        self.clear
+    }
+
+    fn shade(&self, height_m: f64, _sun_cosine: f64) -> Shade {
+        let (level, open) = (self.with.at(height_m), self.without.top.direct);
+        let beam = if open > DARK { self.without.at(height_m).direct / open } else { 1.0 - self.part };
+        Shade {
+            beam: beam.clamp(0.0, 1.0),
+            clear: 1.0 - self.part,
+            mean: self.part * level.mean,
+            net: self.part * (level.down - level.up) / (4.0 * PI),
+        }
+    }
+}
+
+/// The whole air of a wavelength; `under` is what lies below the clouds' top, if there are any.
+pub fn sky<'a>(air: &'a SceneAir, under: Option<&'a UnderCover<'a>>, wave: usize) -> Sky<'a> {
+    match (&air.covered, under) {
+        (Some(covered), Some(under)) => Sky { above: &covered.waves[wave], under: Some(under) },
+        _ => Sky::from(&air.clear.waves[wave]),
+    }
+}
