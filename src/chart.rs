@@ -1,11 +1,12 @@
-//! Charts of how exact and how fast each method of slab light, of moving fields, of exchanged light and of sunlight
-//! through uneven cloud is, as pictures (SVG) and tables (CSV).
+//! Charts of how exact and how fast each method of slab light, of moving fields, of exchanged light, of sunlight through
+//! uneven cloud and of air with clouds in it is, as pictures (SVG) and tables (CSV).
 //!
 //! `truth` solves slabs exactly, `medium` has each method in double precision, `row` lists them, `errors` and `cost` measure; `slab`, `fluxes`,
-//! `radiance`, `modified`, `validity`, `field`, `exchange` and `light` are one chart each; `figure` draws; `file` is what comes
+//! `radiance`, `modified`, `validity`, `field`, `exchange`, `light` and `coupling` are one chart each; `figure` draws; `file` is what comes
 //! out; `sample` is what a test computes again.
 
 mod cost;
+mod coupling;
 mod csv;
 mod device;
 mod errors;
@@ -28,6 +29,7 @@ mod validity;
 
 use crate::tables::TableLibrary;
 
+pub use coupling::{CouplingError, Scheme, coupling_errors};
 pub use errors::{SLAB_MEDIA, SlabErrors, slab_errors};
 pub use file::{ChartError, ChartFile};
 pub use row::SlabRow;
@@ -82,6 +84,12 @@ pub const CHARTS: &[Chart] = &[
         about: "sunlight through uneven cloud: cost against error",
         make: light::make,
         sample: Some(light::sample),
+    },
+    Chart {
+        name: "coupling",
+        about: "air and clouds: ways to couple them",
+        make: coupling::make,
+        sample: Some(coupling::sample),
     },
     Chart { name: "slab-validity", about: "where each method holds its accuracy", make: validity::make, sample: None },
 ];

@@ -24,13 +24,17 @@ pub fn directions() -> Directions {
     Directions::new(COSINES, &suns)
 }
 
-/// A value for a sun (clamped to the nodes) from values by direction of incidence.
+/// A value for a sun (clamped to the nodes) from values by direction of incidence: the cubic through four nodes.
+///
+/// Its weights sum to 1, so that fluxes which balance at the nodes balance between them.
 #[must_use]
 pub fn at_sun(sun_cosine: f64, value: impl Fn(usize) -> f64) -> f64 {
     let last = (SUNS - 1) as f64;
     let position = (sun_cosine.max(0.0).sqrt() - FIRST_ROOT) / (1.0 - FIRST_ROOT) * last;
     let position = position.clamp(0.0, last);
-    let node = (position as usize).min(SUNS - 2);
-    let (low, high) = (value(COSINES + node), value(COSINES + node + 1));
-    low + (high - low) * (position - node as f64)
+    let first = (position as usize).saturating_sub(1).min(SUNS - 4);
+    let x = position - first as f64;
+    let (a, b, c, d) = (x, x - 1.0, x - 2.0, x - 3.0);
+    let weights = [-b * c * d / 6.0, a * c * d / 2.0, -a * b * d / 2.0, a * b * c / 6.0];
+    weights.iter().enumerate().map(|(k, weight)| weight * value(COSINES + first + k)).sum()
 }

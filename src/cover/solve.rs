@@ -142,8 +142,8 @@ impl Cover {
                 height_m: self.heights_m.get(number).copied().unwrap_or(0.0),
                 direct,
                 down: (total - direct).max(0.0),
-                up: all(&|j| interface.up[j]),
-                mean: all(&|j| interface.mean[j]) + (straight + peak) / (4.0 * PI),
+                up: all(&|j| interface.up[j]).max(0.0),
+                mean: all(&|j| interface.mean[j]).max(0.0) + (straight + peak) / (4.0 * PI),
             }
         };
         let levels: Vec<Level> =
