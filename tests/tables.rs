@@ -2,7 +2,7 @@
 //! old or renamed.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test stops where it fails")]
 
-use skyloom::job::air_mix;
+use skyloom::scene_air::air_mix;
 use skyloom::optics::{Mix, OpticsError};
 use skyloom::plan::Plan;
 use skyloom::store;
