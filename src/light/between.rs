@@ -13,7 +13,8 @@ use std::f64::consts::PI;
 /// `base_light` and `base_column`); fourth channels hold what the slanted ray sends up.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct ColumnMaps {
-    /// Beam at the base; fourth channel: red light sent up along the slanted ray.
+    /// What goes on at the base as the sun's light, of the lowest layer the beam on the ground; fourth channel: red light sent
+    /// up along the slanted ray.
     pub beam: Vec<[f32; 4]>,
     /// Diffuse light at the base along the slanted ray; fourth channel: green light sent up.
     pub tilted: Vec<[f32; 4]>,
@@ -143,7 +144,8 @@ pub(super) fn solve(columns: &[ColumnMaps], inputs: &LightInputs<'_>) -> Between
         .map(|texel| texel.map(|value| value as f32))
         .collect();
     let albedo: Vec<[f32; 3]> = inputs.albedo.data.chunks(4).map(|texel| [texel[0], texel[1], texel[2]]).collect();
-    let stack = Stack::new(&layers, side * side, sky);
+    let angles: Vec<_> = inputs.layers.iter().rev().filter_map(|layer| layer.angles.clone()).collect();
+    let stack = Stack::new(&layers, &angles, side * side, sky);
     let problem = Problem {
         side,
         height_texels: radiating_height_m(columns, inputs) / inputs.extent_m * side as f64,
