@@ -15,6 +15,8 @@
 @group(0) @binding(10) var repeat: sampler;
 @group(0) @binding(11) var clamped: sampler;
 @group(0) @binding(12) var<storage, read_write> output: array<f32>;
+@group(0) @binding(13) var behind: texture_2d<f32>; // even light beyond all layers that are drawn
+@group(0) @binding(14) var<storage, read_write> held: array<vec2<f32>>; // by the layers before: see Shaded
 @group(0) @binding(METHOD_BINDING) var slice: texture_3d<f32>;
 @group(0) @binding(METHOD_BINDING + 1) var near_sun: texture_2d<f32>;
 @group(0) @binding(METHOD_BINDING + 2) var linear: sampler;

@@ -1,6 +1,6 @@
 // How much of the sun the cloud of each texel gets, relative to a slab of its thickness under the open sun: factors for
 // the light seen from below (what really comes through, against the column's own transmittance) and from above (what
-// enters around it).
+// enters around it). Fourth channel: what the layers above let go on as the sun's light.
 @group(0) @binding(0) var<uniform> frame: Frame;
 @group(0) @binding(1) var<uniform> share: Share;
 @group(0) @binding(2) var beam: texture_2d<f32>;
@@ -24,7 +24,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         share.entry_weight);
     let through = textureLoad(beam, id.xy, 0).rgb + diffuse;
     let own = max(textureLoad(column, id.xy, 0).rgb, vec3<f32>(1e-9));
-    textureStore(below_out, id.xy, vec4<f32>(through / own, 0.0));
+    textureStore(below_out, id.xy, vec4<f32>(share.in_air * through / own, lit.g));
     let entering = textureLoad(reflected, id.xy, 0).w;
-    textureStore(above_out, id.xy, vec4<f32>(lit * entering * share.reflect_scale, 0.0));
+    textureStore(above_out, id.xy, vec4<f32>(lit * entering * share.reflect_scale, lit.g));
 }

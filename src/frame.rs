@@ -34,6 +34,8 @@ pub(crate) fn frame(moment: &Moment, number: usize) -> Frame {
             transport_550: layer.transport_550 as f32,
             smooth_albedo: single(layer.smooth_albedo),
             spare: 0,
+            forward: single(layer.forward),
+            forward_550: layer.forward[1] as f32,
         },
         place: Placement {
             offset_uv: single(layer.offset_uv),
@@ -43,7 +45,8 @@ pub(crate) fn frame(moment: &Moment, number: usize) -> Frame {
             base_m: layer.base_m as f32,
             depth_m: layer.depth_m as f32,
             max_steps: layer.max_steps,
-            spare: [0; 2],
+            lowest: (number == 0).into(),
+            spare: 0,
         },
         maps: SunMaps {
             sample_at: single(moment.grids.sample_at),

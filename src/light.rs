@@ -27,8 +27,16 @@ pub(crate) struct LayerLight {
     /// Horizontal irradiance that arrives from below and from above but for the sun.
     pub(crate) from_below: Target,
     pub(crate) from_above: Target,
-    /// The sun's light relative to a slab's under the open sun: seen from below and from above.
+    /// The sun's light relative to a slab's under the open sun: seen from below and from above. Fourth channel: what the layers
+    /// above let go on.
     pub(crate) share: [Target; 2],
+}
+
+impl LayerLight {
+    /// Light that arrives from beyond the layer, for one who looks at it from above or from below.
+    pub(crate) fn beyond(&self, from_above: bool) -> &Target {
+        if from_above { &self.from_below } else { &self.from_above }
+    }
 }
 
 /// Light at one moment.

@@ -10,6 +10,7 @@ use crate::light::{Grids, LayerShape, SceneShape, grids, shift_uv};
 use crate::plan::Plan;
 use crate::projection::Side;
 use crate::scene::quantity::Quantity as _;
+use crate::slab::forward::{FORWARD_DEG, forward_albedo};
 use crate::slice::without_peak;
 use std::sync::Arc;
 
@@ -30,6 +31,8 @@ pub(crate) struct LayerMoment {
     pub(crate) extinction_per_m: [f64; 3],
     /// Part of extinction that takes light out of the 5-degree beam.
     pub(crate) beam: [f64; 3],
+    /// Part that takes light out of the beam by more than it may turn and still go on as the sun's ([`FORWARD_DEG`]).
+    pub(crate) forward: [f64; 3],
     /// Extinction and single-scattering albedo of the medium without its forward peak, the former relative.
     pub(crate) smooth_part: [f64; 3],
     pub(crate) smooth_albedo: [f64; 3],
@@ -93,6 +96,7 @@ fn layer(job: &Job, number: usize, field: &Field, light: &Illumination) -> (Laye
         depth_m,
         extinction_per_m,
         beam: by_channel(&|c| 1.0 - channels[c].albedo * tables.phases[c].peak_fraction),
+        forward: by_channel(&|c| 1.0 - forward_albedo(&channels[c], FORWARD_DEG)),
         smooth_part: by_channel(&|c| smooth(c).0),
         smooth_albedo: by_channel(&|c| smooth(c).1),
         transport_550,

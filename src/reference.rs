@@ -9,6 +9,7 @@
 //! [`monte_carlo`] is no twin but the slow, exact solver that every method is measured against.
 
 pub mod air;
+pub mod base_beam;
 pub mod base_column;
 pub mod base_light;
 pub mod blur;

@@ -115,6 +115,8 @@ pub struct AirBelow {
     pub ground_diffuse: [f64; 3],
     /// Of light on each layer from below and from above, lowest layer first.
     pub layers: [[[f64; 3]; 2]; Scene::MAX_LAYERS],
+    /// Of light that comes through each layer, by the air in it.
+    pub within: [[f64; 3]; Scene::MAX_LAYERS],
 }
 
 impl AirBelow {
@@ -123,6 +125,7 @@ impl AirBelow {
         ground_beam: [1.0; 3],
         ground_diffuse: [1.0; 3],
         layers: [[[1.0; 3]; 2]; Scene::MAX_LAYERS],
+        within: [[1.0; 3]; Scene::MAX_LAYERS],
     };
 
     /// Of a moment's clouds. In the mean over the domain light then is that of the clouds as even layers in air; from place to
@@ -137,6 +140,11 @@ impl AirBelow {
         below.ground_diffuse = moment.factor(|light| light.ground.down);
         for (factors, [base_m, top_m]) in below.layers.iter_mut().zip(&tables.heights_m) {
             *factors = [moment.factor(|light| light.at(*base_m).up), moment.factor(|light| light.at(*top_m).down)];
+        }
+        for (within, [base_m, _]) in below.within.iter_mut().zip(&tables.heights_m) {
+            // The mean over a broken cover has the light of the gaps in it, whose air is not the clouds'.
+            let mean = moment.factor(|light| light.at(*base_m).down);
+            *within = mean.map(|factor| 1.0 + tables.part * (factor - 1.0));
         }
         below
     }

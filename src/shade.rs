@@ -12,7 +12,7 @@ use crate::request::TextureKind;
 use ground::on_the_ground;
 pub(crate) use ground::{GroundSun, ground_sun};
 pub(crate) use inputs::{Inputs, LayerInputs};
-use inputs::{cloud_binds, each, early};
+use inputs::{DrawnOn, cloud_binds, each, early, held};
 pub(crate) use method::SlabLight;
 pub use sky::SkyClouds;
 pub(crate) use sky::{DeviceAir, GroundLit, OnGround, SkyInputs, SkyLayer, ground_radiance, sky_band};
@@ -48,14 +48,19 @@ pub(crate) fn band(
             Some((&shaders::THICKNESS, binds))
         }),
         TextureKind::Shadow | TextureKind::Irradiance => on_the_ground(gpu, texture, inputs, sun, view, &output),
-        TextureKind::Cloud => each(gpu, inputs, view, |layer, bound| {
-            let (tables, method) = (layer.tables?, layer.method?);
+        TextureKind::Cloud => {
             let from_above = view.from_above == 1;
-            let shape = binds![&layer.field.thickness, &layer.field.bounds];
-            let mut binds = cloud_binds(gpu, layer, bound, shape, from_above, &output)?;
-            binds.extend(method.binds(gpu, tables, from_above));
-            Some((method.shader(), binds))
-        }),
+            let held = held(gpu, inputs.layers.len() > 1, view.size[0] as usize * view.rows as usize);
+            let last = inputs.layers.last().and_then(|last| last.light);
+            each(gpu, inputs, view, |layer, bound| {
+                let (tables, method) = (layer.tables?, layer.method?);
+                let shape = binds![&layer.field.thickness, &layer.field.bounds];
+                let drawn_on = DrawnOn { texels: &output, behind: last?.beyond(from_above), held: &held };
+                let mut binds = cloud_binds(gpu, layer, bound, shape, from_above, &drawn_on)?;
+                binds.extend(method.binds(gpu, tables, from_above));
+                Some((method.shader(), binds))
+            })
+        }
         // Its bands are made by `sky_band`.
         TextureKind::Sky => None,
     };

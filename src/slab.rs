@@ -6,10 +6,12 @@
 //! slab is homogeneous.
 
 pub mod analytic;
+pub mod angles;
 pub(crate) mod appendix;
 pub mod closure;
 pub mod doubling;
 pub mod fluxes;
+pub mod forward;
 pub mod phase_matrix;
 pub mod phases;
 pub mod quadrature;

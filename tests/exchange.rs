@@ -435,7 +435,7 @@ proptest! {
         // Transmittances as parts of what is not reflected.
         let maps: Vec<_> = layers.iter().map(|&(down, up, _, out, part)| [map(down), map(up), map(out * part), map(out)]).collect();
         let layers: Vec<_> = maps.iter().map(|m| Layer { down: &m[0], up: &m[1], transmitted: &m[2], not_reflected: &m[3] }).collect();
-        let stack = Stack::new(&layers, 1, [sky; 3]);
+        let stack = Stack::new(&layers, &[], 1, [sky; 3]);
         let light = stack.light(&[[ground; 3]]);
 
         let count = layers.len();
@@ -474,17 +474,17 @@ fn stacks_of_special_layers() {
     let (none, all) = (vec![[0.0; 3]], vec![[1.0; 3]]);
     let gap = Layer { down: &none, up: &none, transmitted: &all, not_reflected: &all };
     let alone = [cloud];
-    let single = Stack::new(&alone, 1, [0.0; 3]);
+    let single = Stack::new(&alone, &[], 1, [0.0; 3]);
     assert_eq!((single.diffuse(), single.not_reflected()), (&down[..], &out[..]));
     let light = single.light(&[[2.0; 3]]);
     assert_eq!(light.layers[0].from_below, [[2.0; 3]]);
     let orders = [[gap, cloud, gap], [cloud, gap, gap], [gap, gap, cloud]];
     for order in orders {
-        let stack = Stack::new(&order, 1, [0.0; 3]);
+        let stack = Stack::new(&order, &[], 1, [0.0; 3]);
         assert_eq!((stack.diffuse(), stack.not_reflected()), (single.diffuse(), single.not_reflected()));
         assert_eq!(stack.light(&[[2.0; 3]]).escaping, light.escaping);
     }
-    let empty = Stack::new(&[], 1, [PI; 3]);
+    let empty = Stack::new(&[], &[], 1, [PI; 3]);
     assert_eq!((empty.diffuse(), empty.not_reflected()), (&[[PI as f32; 3]][..], &all[..]));
     assert_eq!(empty.light(&[[2.0; 3]]).escaping, [[2.0; 3]]);
 
@@ -492,7 +492,7 @@ fn stacks_of_special_layers() {
         let part = vec![[thick; 3]];
         let layer = Layer { down: &none, up: &none, transmitted: &part, not_reflected: &part };
         let layers = [layer; 4];
-        let stack = Stack::new(&layers, 1, [1.0; 3]);
+        let stack = Stack::new(&layers, &[], 1, [1.0; 3]);
         // Resistances add: 1 / T - 1 of four layers is four times that of one.
         let exact = 1.0 / (4.0 / f64::from(thick) - 3.0);
         for light in [stack.diffuse()[0][0], stack.not_reflected()[0][0]] {
@@ -523,7 +523,7 @@ fn energy_of_a_stack_over_ground_balances() {
         Layer { down: &high_down, up: &none, transmitted: &high_out, not_reflected: &high_out },
         Layer { down: &low_down, up: &low_down, transmitted: &low_out, not_reflected: &low_out },
     ];
-    let stack = Stack::new(&layers, 256, [0.25; 3]);
+    let stack = Stack::new(&layers, &[], 256, [0.25; 3]);
     let whole = Sky { diffuse: stack.diffuse().to_vec(), not_reflected: stack.not_reflected().to_vec(), ..sky };
     let ground = whole.solve(Kernel::Fourier, CONJUGATE, 0.0);
     let light = stack.light(&ground.upwelling);

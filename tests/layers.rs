@@ -108,18 +108,23 @@ fn layers_multiply_what_they_leave() {
     assert!((thickness - 55.0).abs() < 1e-3, "{thickness}");
 }
 
-/// A slab cut in two lets as much through as the whole: but for what leaves the cut evenly instead of as it is. Within 6 %
-/// of the light, the error that the adding of fluxes is known for where clouds are thin; deep in, far less.
+/// A slab cut in two lets as much through as the whole, within 1 %, at suns to 80 degrees.
 #[test]
 fn a_slab_in_two_parts_is_nearly_the_whole() {
     let mut sky = Sky::open();
-    for (metres, tolerance) in [(30.0, 0.06), (100.0, 0.06), (600.0, 0.04)] {
+    for (metres, zenith) in [(30.0, 50.0), (100.0, 50.0), (600.0, 50.0), (30.0, 80.0), (100.0, 20.0)] {
         for albedo in [0.0, 0.7] {
-            let whole = scene(&[layer(1000.0, uniform(metres))], 90.0, 4.0, albedo);
+            let of = |layers: &[Value]| {
+                let mut scene = scene(layers, 90.0, 4.0, albedo);
+                scene["sun"]["zenith_deg"] = json!(zenith);
+                scene
+            };
+            let whole = of(&[layer(1000.0, uniform(metres))]);
             let halves = [layer(1000.0, uniform(0.5 * metres)), layer(1000.0 + 0.5 * metres, uniform(0.5 * metres))];
-            let found = mean(&sky.render(&scene(&halves, 90.0, 4.0, albedo), "irradiance", &[]), 1);
+            let found = mean(&sky.render(&of(&halves), "irradiance", &[]), 1);
             let expected = mean(&sky.render(&whole, "irradiance", &[]), 1);
-            assert!((found / expected - 1.0).abs() < tolerance, "{metres} m, albedo {albedo}: {found} not {expected}");
+            let name = format!("{metres} m, sun {zenith}, albedo {albedo}");
+            assert!((found / expected - 1.0).abs() < 0.01, "{name}: {found} not {expected}");
         }
     }
 }

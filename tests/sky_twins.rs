@@ -21,6 +21,7 @@ use serde_json::json;
 use sky::{Sky, WAVES_SIZES, pattern, water, waves_of};
 use skyloom::gpu::layout::{Backdrop, Frame, SkyView};
 use skyloom::projection::{Sphere, SphereLayout};
+use skyloom::reference::cloud::Shaded;
 use skyloom::reference::{self, Map, sphere};
 use skyloom::render::{SkyStages, Stages, Watch};
 use skyloom::slice::HostSlab;
@@ -143,13 +144,13 @@ fn check_ground(sky: &SkyStages) {
 fn check_clouds(stages: &Stages, sky: &SkyStages, given: &Given) {
     let tables = &stages.tables;
     let slab = stages.slab.as_ref().unwrap();
-    let [transmittance, reflectance] = [&tables.transmittance, &tables.reflectance].map(map);
+    let [transmittance, reflectance, phase] = [&tables.transmittance, &tables.reflectance, &tables.phase].map(map);
     let side = stages.light.from_below.len().isqrt();
     let light_map = |light: &[[f32; 3]]| Map::from_f32(side, side, 3, light.as_flattened());
     let (from_below, from_above) = (light_map(&stages.light.from_below), light_map(&stages.light.from_above));
     let shares = stages.shares.each_ref().map(map);
     let twin = |given: &Given| {
-        let mut clouds = vec![0.0; sky.clouds.texels.len()];
+        let mut clouds = vec![Shaded::default(); sky.clouds.texels.len() / 4];
         for (view, air) in sky.clouds.passes.iter().zip(&sky.clouds.air) {
             let air = map(air);
             let maps = reference::cloud::Maps {
@@ -158,6 +159,8 @@ fn check_clouds(stages: &Stages, sky: &SkyStages, given: &Given) {
                 from_below: &from_below,
                 from_above: &from_above,
                 sun_share: &shares[usize::from(view.rising == 0)],
+                behind: &from_above,
+                phase: &phase,
             };
             let sunlight = reference::cloud::sunlight(&given.frame, tables, slab);
             let view = (given.turned)(*view);
@@ -171,7 +174,7 @@ fn check_clouds(stages: &Stages, sky: &SkyStages, given: &Given) {
                 given.shift,
             );
         }
-        clouds
+        clouds.iter().flat_map(|texel| texel.texel().to_array()).collect::<Vec<f64>>()
     };
     let clouds = twin(given);
     let rounding = sensitivity(&clouds, given.others(&sky.view).iter().map(twin));

@@ -147,11 +147,12 @@ fn check_bounds(stages: &Stages) {
 /// Light of the layer's maps: every pass is fed with what the device itself had.
 fn check_sunlight(stages: &Stages) {
     let (frame, tables) = (&stages.frame, &stages.tables);
-    let [thickness, own_entry, entering, above, transmittance, reflectance, diffuse] = [
+    let [thickness, own_entry, entering, above, above_beam, transmittance, reflectance, diffuse] = [
         &stages.thickness,
         &stages.entry,
         &stages.entering,
         &stages.above,
+        &stages.above_beam,
         &tables.transmittance,
         &tables.reflectance,
         &tables.diffuse,
@@ -186,11 +187,12 @@ fn check_sunlight(stages: &Stages) {
             entry: &own_entry,
             blurred: &entering,
             above: &above,
+            above_beam: &above_beam,
         };
         reference::base_light::main(frame, &maps)
     };
     let (twin, other) = (base(&thickness), base(&higher));
-    let places = place_error(&above, 1.0) * largest(&own_entry).max(1.0);
+    let places = (place_error(&above, 1.0) + place_error(&above_beam, 1.0)) * largest(&own_entry).max(1.0);
     for (name, gpu, twin, other) in [
         ("base_light, beam", &stages.beam, &twin.beam, &other.beam),
         ("base_light, tilted", &stages.tilted, &twin.tilted, &other.tilted),
@@ -203,6 +205,13 @@ fn check_sunlight(stages: &Stages) {
         let scale = 1.0 + largest(&own_entry);
         let tolerance = Tolerance::new(TABLE_REL * scale + places, TABLE_REL);
         check_each(name, &gpu.data, &twin, &allowed(&twin, &other, tolerance));
+    }
+
+    if let Some(gpu) = &stages.ground_beam {
+        let beam = |thickness| reference::base_beam::main(frame, thickness, &transmittance, &above_beam);
+        let (twin, other) = (values(&beam(&thickness), gpu), values(&beam(&higher), gpu));
+        let tolerance = Tolerance::new(TABLE_REL + place_error(&above_beam, 1.0), BEAM_REL);
+        check_each("base_beam", &gpu.data, &twin, &allowed(&twin, &other, tolerance));
     }
 
     let column = |thickness| reference::base_column::main(frame, thickness, &transmittance, &diffuse);
@@ -299,8 +308,8 @@ fn check_irradiance(stages: &Stages) {
 fn check_cloud(stages: &Stages) {
     let (frame, tables) = (&stages.frame, &stages.tables);
     let slab = stages.slab.as_ref().unwrap();
-    let [thickness, transmittance, reflectance] =
-        [&stages.thickness, &tables.transmittance, &tables.reflectance].map(map);
+    let [thickness, transmittance, reflectance, phase] =
+        [&stages.thickness, &tables.transmittance, &tables.reflectance, &tables.phase].map(map);
     let side = stages.light.from_below.len().isqrt();
     let light_map = |light: &[[f32; 3]]| Map::from_f32(side, side, 3, light.as_flattened());
     let (from_below, from_above) = (light_map(&stages.light.from_below), light_map(&stages.light.from_above));
@@ -312,6 +321,8 @@ fn check_cloud(stages: &Stages) {
             from_below: &from_below,
             from_above: &from_above,
             sun_share: &sun_share,
+            behind: &from_above,
+            phase: &phase,
         };
         let sunlight = reference::cloud::sunlight(frame, tables, slab);
         reference::cloud_plane::main(frame, &stages.view, thickness, &maps, sunlight)

@@ -7,7 +7,7 @@ alias CloudView = View;
 
 const PATH_SEEN: bool = true;
 // The method's own bindings begin here.
-const METHOD_BINDING: u32 = 13u;
+const METHOD_BINDING: u32 = 15u;
 
 fn view_ray(pixel: vec2<u32>) -> ViewRay {
     let from_above = view.from_above == 1u;
@@ -29,16 +29,25 @@ fn cloud_texel(pixel: vec2<u32>) {
     if pixel.x >= view.size.x || pixel.y >= view.rows {
         return;
     }
-    let shaded = shade_ray(view_ray(pixel));
-    let at = 4u * (pixel.y * view.size.x + pixel.x);
+    let texel = pixel.y * view.size.x + pixel.x;
+    let at = 4u * texel;
     var before = vec4<f32>(0.0);
+    var held_before = vec2<f32>(0.0);
     if view.first == 0u {
         before = vec4<f32>(output[at], output[at + 1u], output[at + 2u], output[at + 3u]);
+        if view.together == 1u {
+            held_before = held[texel];
+        }
     }
     // Layers are drawn from the viewer on.
-    let light = before.rgb + (1.0 - before.a) * shaded.rgb;
+    let shaded = shade_ray(view_ray(pixel), left_of(1.0 - before.a, held_before));
+    // Below 0 by rounding alone: layers give and take what is composited behind them.
+    let light = max(before.rgb + shaded.light, vec3<f32>(0.0));
     output[at] = light.r;
     output[at + 1u] = light.g;
     output[at + 2u] = light.b;
-    output[at + 3u] = before.a + (1.0 - before.a) * shaded.a;
+    output[at + 3u] = before.a + (1.0 - before.a) * shaded.alpha;
+    if view.together == 1u {
+        held[texel] = held_before + (1.0 - held_before) * shaded.held;
+    }
 }

@@ -9,10 +9,10 @@ alias CloudView = SkyView;
 
 @group(0) @binding(2) var levels: texture_2d<f32>; // thickness, with mip levels
 @group(0) @binding(3) var trilinear: sampler;
-@group(0) @binding(13) var<storage, read> tiles: array<u32>;
-@group(0) @binding(14) var air: texture_2d<f32>; // between the eye and the layer
+@group(0) @binding(15) var<storage, read> tiles: array<u32>;
+@group(0) @binding(16) var air: texture_2d<f32>; // between the eye and the layer
 // The method's own bindings begin here.
-const METHOD_BINDING: u32 = 15u;
+const METHOD_BINDING: u32 = 17u;
 // Samples along a ray through the layer, at most.
 const PATH_MOST_STEPS: f32 = 1024.0;
 
@@ -78,22 +78,32 @@ fn cloud_texel(invocation: vec2<u32>) {
     if pixel.x >= view.size.x || pixel.y >= view.rows {
         return;
     }
-    let at = 4u * (pixel.y * view.size.x + pixel.x);
-    var before = vec4<f32>(output[at], output[at + 1u], output[at + 2u], output[at + 3u]);
-    if before.a < SKY_OPAQUE {
-        let shaded = sky_texel(vec2<f32>(pixel + vec2<u32>(0u, view.first_row)) + 0.5);
-        before += (1.0 - before.a) * shaded;
+    let texel = pixel.y * view.size.x + pixel.x;
+    let at = 4u * texel;
+    let before = vec4<f32>(output[at], output[at + 1u], output[at + 2u], output[at + 3u]);
+    var held_before = vec2<f32>(1.0);
+    if view.together == 1u {
+        held_before = held[texel];
     }
-    output[at] = before.r;
-    output[at + 1u] = before.g;
-    output[at + 2u] = before.b;
-    output[at + 3u] = before.a;
+    if min(before.a, held_before.x) >= SKY_OPAQUE {
+        return;
+    }
+    let shaded = sky_texel(vec2<f32>(pixel + vec2<u32>(0u, view.first_row)) + 0.5, left_of(1.0 - before.a, held_before));
+    // Below 0 by rounding, and by what the air before one layer takes more than before another.
+    let light = max(before.rgb + shaded.light, vec3<f32>(0.0));
+    output[at] = light.r;
+    output[at + 1u] = light.g;
+    output[at + 2u] = light.b;
+    output[at + 3u] = before.a + (1.0 - before.a) * shaded.alpha;
+    if view.together == 1u {
+        held[texel] = held_before + (1.0 - held_before) * shaded.held;
+    }
 }
 
-fn sky_texel(middle: vec2<f32>) -> vec4<f32> {
+fn sky_texel(middle: vec2<f32>, left: Left) -> Shaded {
     let direction = sphere_direction(view, middle);
     if dot(direction, direction) == 0.0 {
-        return vec4<f32>(0.0);
+        return Shaded(vec3<f32>(0.0), 0.0, vec2<f32>(0.0));
     }
     let cone = sphere_cone(view, direction);
     let crossing = sky_crossing(direction);
@@ -109,6 +119,7 @@ fn sky_texel(middle: vec2<f32>) -> vec4<f32> {
     // What one of many rays misses another finds.
     let steps = view.steps / sqrt(f32(max(rays, 1u)));
     var sum = vec4<f32>(0.0);
+    var held_sum = vec2<f32>(0.0);
     for (var i = 0u; i < rays; i++) {
         var towards = direction;
         var met = crossing;
@@ -120,10 +131,14 @@ fn sky_texel(middle: vec2<f32>) -> vec4<f32> {
             // And across it. Of each ray: the texel's middle may miss the layer.
             let level = view.coarseness + log2(max(met.near_m * per_metre * cone.side, 1e-6));
             let coarse = clamp(level, 0.0, f32(textureNumLevels(levels)) - 1.0);
-            sum += shade_ray(sky_ray(towards, met, coarse, steps));
+            let shaded = shade_ray(sky_ray(towards, met, coarse, steps), left);
+            sum += vec4<f32>(shaded.light, shaded.alpha);
+            held_sum += shaded.held;
         }
     }
-    let cloud = sum / max(f32(rays), 1.0);
+    let count = max(f32(rays), 1.0);
+    let cloud = sum / count;
     let before = air_light(air, clamped, direction, frame.sun.towards, view.horizon, view.rising == 0u, view.asymmetry);
-    return vec4<f32>(cloud.rgb * before.through + cloud.a * before.light, cloud.a);
+    let light = cloud.rgb * before.through + left.clear * cloud.a * before.light;
+    return Shaded(light, cloud.a, held_sum / count);
 }

@@ -23,6 +23,8 @@ struct Medium {
     transport_550: f32,       // 1 - asymmetry: extinction of transport, relative
     smooth_albedo: vec3<f32>, // single-scattering albedo of the medium without its peak
     spare: u32,
+    forward: vec3<f32>,       // part of extinction that takes light out of the 25-degree beam
+    forward_550: f32,
 }
 
 // Where a layer lies, and its field in the domain.
@@ -34,7 +36,8 @@ struct Placement {
     base_m: f32,
     depth_m: f32,             // no cloud is thicker
     max_steps: u32,           // cuts of a ray through the layer
-    spare: vec2<u32>,
+    lowest: u32,              // 1: below the layer there is the ground, 0: another layer
+    spare: u32,
 }
 
 // The layer's maps of sunlight.
@@ -66,6 +69,10 @@ struct View {
     part: u32,                // irradiance: 0 total, 1 direct, 2 diffuse
     peak: u32,                // 1: light scattered by less than 5 degrees counts as beam
     first: u32,               // 1: the layer is the first that is drawn, nothing lies before it
+    together: u32,            // 1: several layers are drawn, and carry each other's light on; 0: one by itself
+    spare_0: u32,
+    spare_1: u32,
+    spare_2: u32,
 }
 
 // One output texture of the whole sky, or a band of its rows.
@@ -90,9 +97,9 @@ struct SkyView {
     edge: f32,                // sine of the elevation at which the layer begins or ends for the eye
     horizon: f32,             // elevation at which the map of the air before the layer begins, radians
     asymmetry: f32,           // of the aerosol
+    together: u32,            // as in View
     spare_0: u32,
     spare_1: u32,
-    spare_2: u32,
 }
 
 // What lies behind the clouds.
@@ -117,6 +124,8 @@ struct Share {
     entry_weight: f32,        // of diffuse light by entry; the rest is by the ray
     reflect_scale: vec3<f32>, // brings the mean of reflected light by entry to that along the ray
     spare: u32,
+    in_air: vec3<f32>,        // what air within the layer makes of light that comes through it
+    spare_2: u32,
 }
 
 // What the texels of a radiance slice are multiplied by, per channel.

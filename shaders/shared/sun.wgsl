@@ -3,6 +3,7 @@
 struct SunThrough {
     total: vec3<f32>, // all of it
     beam: vec3<f32>,  // what left the beam by less than 5 degrees, or not at all
+    forward: vec3<f32>, // by less than 25: what goes on as the sun's light to the next layer
 }
 
 fn sun_through(path_m: f32) -> SunThrough {
@@ -10,5 +11,6 @@ fn sun_through(path_m: f32) -> SunThrough {
     let total = slab_transmittance(transmittance, clamped, depth, frame.sun.slant_cosine);
     // At grazing sun part of the 5-degree cone points upwards: the beam can't hold more than what comes through.
     let beam = min(exp(-frame.medium.beam * frame.medium.extinction * path_m), total);
-    return SunThrough(total, beam);
+    let forward = min(exp(-frame.medium.forward * frame.medium.extinction * path_m), total);
+    return SunThrough(total, beam, forward);
 }

@@ -4,6 +4,12 @@
 //! whole stack is then one cloud: so much diffuse light leaves its base, so much of light from below does not come back.
 //! Once the light from the ground is known, the light on both faces of every layer follows from the lowest upwards.
 //! Layers do not shift light sideways.
+//!
+//! Light of one layer is even. Between several it has moments over its angles ([`crate::slab::angles`]), and layers have
+//! matrices between these. Light of sky and ground is even always.
+
+use crate::slab::angles::{AngleSlice, Angles, MOMENTS};
+use rayon::prelude::*;
 
 /// A layer of cloud, as maps of as many texels each; colours are red, green, blue. Light is horizontal irradiance.
 #[derive(Clone, Copy, Debug)]
@@ -18,12 +24,16 @@ pub struct Layer<'a> {
     pub not_reflected: &'a [[f32; 3]],
 }
 
+/// How the layers of a stack treat light by its angles, from top to bottom, for red, green and blue; none for one layer, whose
+/// light is even.
+pub type StackAngles<'a> = &'a [[AngleSlice; 3]];
+
 /// Layers as one cloud, seen from below.
 #[derive(Clone, Debug)]
 pub struct Stack<'a> {
     layers: &'a [Layer<'a>],
-    /// Above each layer: light coming down if nothing came up, and the part of light from below that is not sent back.
-    above: Vec<Vec<[[f32; 3]; 2]>>,
+    angles: StackAngles<'a>,
+    sky: [f64; 3],
     diffuse: Vec<[f32; 3]>,
     not_reflected: Vec<[f32; 3]>,
 }
@@ -52,75 +62,152 @@ pub struct StackLight {
 /// Least part of light between two layers that leaves there on a round trip.
 const LEAST_LEAVING: f64 = 1e-12;
 
+/// Moments of light; the first is its flux.
+type Moments<const N: usize> = [f64; N];
+/// Between moments.
+type Matrix<const N: usize> = [[f64; N]; N];
+
+/// Light in one texel and colour as all that is above a layer leaves it.
+struct Above<const N: usize> {
+    /// Coming down if nothing came up.
+    down: Moments<N>,
+    /// Sent back of light from below.
+    sent_back: Matrix<N>,
+    /// One minus its first entry, with all digits.
+    not_sent_back: f64,
+}
+
 /// A layer in one texel and colour.
-struct Column {
-    down: f64,
-    up: f64,
-    transmitted: f64,
-    absorbed: f64,
+struct Column<const N: usize> {
+    down: Moments<N>,
+    up: Moments<N>,
+    transmitted: Matrix<N>,
+    reflected: Matrix<N>,
     not_reflected: f64,
 }
 
-impl Column {
-    fn new(layer: &Layer<'_>, texel: usize, colour: usize) -> Self {
+/// Light in one texel and colour on the faces of a layer, and what it keeps of it.
+#[derive(Clone, Copy, Default)]
+struct Faces {
+    from_above: f64,
+    from_below: f64,
+    kept: f64,
+}
+
+fn applied<const N: usize>(matrix: &Matrix<N>, light: &Moments<N>) -> Moments<N> {
+    std::array::from_fn(|k| (0..N).map(|l| matrix[k][l] * light[l]).sum())
+}
+
+fn sum<const N: usize>(a: &Moments<N>, b: &Moments<N>) -> Moments<N> {
+    std::array::from_fn(|k| a[k] + b[k])
+}
+
+fn product<const N: usize>(a: &Matrix<N>, b: &Matrix<N>) -> Matrix<N> {
+    std::array::from_fn(|k| std::array::from_fn(|l| (0..N).map(|m| a[k][m] * b[m][l]).sum()))
+}
+
+/// A symmetric matrix from its first entry and the five others.
+fn symmetric<const N: usize>(first: f64, [b, c, d, e, f]: [f64; 5]) -> Matrix<N> {
+    let all: Matrix<MOMENTS> = [[first, b, c], [b, d, e], [c, e, f]];
+    std::array::from_fn(|k| std::array::from_fn(|l| all[k][l]))
+}
+
+impl<const N: usize> Above<N> {
+    /// Nothing above sends light back.
+    fn sky(sky: f64) -> Self {
+        let down = std::array::from_fn(|k| if k == 0 { sky } else { 0.0 });
+        Self { down, sent_back: [[0.0; N]; N], not_sent_back: 1.0 }
+    }
+}
+
+impl<const N: usize> Column<N> {
+    fn new(layer: &Layer<'_>, angles: Option<&[AngleSlice; 3]>, texel: usize, colour: usize) -> Self {
         let at = |map: &[[f32; 3]]| f64::from(map[texel][colour]);
         let not_reflected = at(layer.not_reflected);
         // More would be light from nowhere; tables of the two may differ by as much.
         let transmitted = at(layer.transmitted).min(not_reflected);
+        let Angles { down, up, transmitted: through, reflected: back } =
+            angles.map_or_else(Angles::default, |angles| angles[colour].at(transmitted));
+        let moments = |flux: f64, shape: [f64; MOMENTS - 1]| {
+            std::array::from_fn(|k| if k == 0 { flux } else { flux * shape[k - 1] })
+        };
         Self {
-            down: at(layer.down),
-            up: at(layer.up),
-            transmitted,
-            absorbed: not_reflected - transmitted,
+            down: moments(at(layer.down), down),
+            up: moments(at(layer.up), up),
+            transmitted: symmetric(transmitted, through),
+            reflected: symmetric(1.0 - not_reflected, back),
             not_reflected,
         }
     }
 
-    /// Part of light on the top that leaves the gap above it on a round trip, 1 - R R', without differences.
-    fn leaving(&self, above_not_reflected: f64) -> f64 {
-        (above_not_reflected + (1.0 - above_not_reflected) * self.not_reflected).max(LEAST_LEAVING)
+    /// Of light on one of the faces.
+    fn absorbed(&self, light: &Moments<N>) -> f64 {
+        let parts = (1..N).map(|k| (self.transmitted[0][k] + self.reflected[0][k]) * light[k]);
+        (self.not_reflected - self.transmitted[0][0]) * light[0] - parts.sum::<f64>()
     }
 
-    /// Light on the top: what comes `down`, and what the layer sends up, its own light and that `through` it, and gets back.
-    fn on_top(&self, down: f64, above_not_reflected: f64, through: f64) -> f64 {
-        let sent_back = (1.0 - above_not_reflected) * (self.up + through);
-        (down + sent_back) / self.leaving(above_not_reflected)
+    /// What between this layer and all above it becomes of light on the way down, `arriving`, which goes to and fro there:
+    /// the columns of `arriving` over `1 - sent back * reflected`, by elimination. The first pivot, which may be tiny, is formed
+    /// without differences. Nothing else comes near 0: beyond the flux nothing goes to and fro for long.
+    fn between<const M: usize>(&self, above: &Above<N>, arriving: [[f64; M]; N]) -> [[f64; M]; N] {
+        let Above { sent_back, not_sent_back, .. } = above;
+        let round_trip = product(sent_back, &self.reflected);
+        let mut system: Matrix<N> =
+            std::array::from_fn(|k| std::array::from_fn(|l| f64::from(u8::from(k == l)) - round_trip[k][l]));
+        let others: f64 = (1..N).map(|k| sent_back[0][k] * self.reflected[k][0]).sum();
+        let leaving = not_sent_back + (1.0 - not_sent_back) * self.not_reflected;
+        system[0][0] = (leaving - others).max(LEAST_LEAVING);
+        let mut solved = arriving;
+        for pivot in 0..N {
+            for row in 0..N {
+                if row != pivot {
+                    let factor = system[row][pivot] / system[pivot][pivot];
+                    for l in pivot..N {
+                        system[row][l] -= factor * system[pivot][l];
+                    }
+                    for m in 0..M {
+                        solved[row][m] -= factor * solved[pivot][m];
+                    }
+                }
+            }
+        }
+        std::array::from_fn(|k| solved[k].map(|value| value / system[k][k]))
+    }
+
+    /// Light on the top: what comes down, and what the layer sends up, its own light and that `through` it, and gets back.
+    fn on_top(&self, above: &Above<N>, through: &Moments<N>) -> Moments<N> {
+        let arriving = sum(&above.down, &applied(&above.sent_back, &sum(&self.up, through)));
+        self.between(above, arriving.map(|moment| [moment])).map(|[moment]| moment)
     }
 
     /// The stack down to and with this layer, from the stack above it.
-    fn add(&self, [down, above_not_reflected]: [f64; 2]) -> [f64; 2] {
-        let on_top = self.on_top(down, above_not_reflected, 0.0);
-        let leaving = self.leaving(above_not_reflected);
-        let passing = (above_not_reflected + (1.0 - above_not_reflected) * self.absorbed) / leaving;
-        [self.down + self.transmitted * on_top, self.absorbed + self.transmitted * passing]
+    fn add(&self, above: &Above<N>) -> Above<N> {
+        let on_top = self.on_top(above, &[0.0; N]);
+        let sent_down = self.between(above, product(&above.sent_back, &self.transmitted));
+        let passing = product(&self.transmitted, &sent_down);
+        let not_sent_back = self.not_reflected - passing[0][0];
+        let mut sent_back: Matrix<N> =
+            std::array::from_fn(|k| std::array::from_fn(|l| self.reflected[k][l] + passing[k][l]));
+        sent_back[0][0] = 1.0 - not_sent_back;
+        Above { down: sum(&self.down, &applied(&self.transmitted, &on_top)), sent_back, not_sent_back }
     }
 }
 
 impl<'a> Stack<'a> {
-    /// Adds `layers`, from top to bottom, of `texels` texels each, under even skylight: its horizontal irradiance, >= 0.
+    /// Adds `layers`, from top to bottom, of `texels` texels each, under even skylight: its horizontal irradiance, >= 0. `angles`
+    /// are those of all layers, or none.
     ///
     /// # Panics
     /// If a map has fewer texels.
     #[must_use]
-    pub fn new(layers: &'a [Layer<'a>], texels: usize, sky: [f64; 3]) -> Self {
-        let mut above: Vec<_> = layers.iter().map(|_| vec![[[0.0; 3]; 2]; texels]).collect();
-        let mut diffuse = vec![[0.0; 3]; texels];
-        let mut not_reflected = diffuse.clone();
-        for texel in 0..texels {
-            for (colour, sky) in sky.iter().enumerate() {
-                // Nothing above sends light back.
-                let mut state = [*sky, 1.0];
-                for (layer, above) in layers.iter().zip(&mut above) {
-                    let [down, part] = state.map(|value| value as f32);
-                    above[texel][0][colour] = down;
-                    above[texel][1][colour] = part;
-                    state = Column::new(layer, texel, colour).add(state);
-                }
-                diffuse[texel][colour] = state[0] as f32;
-                not_reflected[texel][colour] = state[1] as f32;
-            }
-        }
-        Self { layers, above, diffuse, not_reflected }
+    pub fn new(layers: &'a [Layer<'a>], angles: StackAngles<'a>, texels: usize, sky: [f64; 3]) -> Self {
+        let mut stack = Self { layers, angles, sky, diffuse: Vec::new(), not_reflected: Vec::new() };
+        let whole = |texel: usize| match angles {
+            [] => stack.whole::<1>(texel),
+            _ => stack.whole::<MOMENTS>(texel),
+        };
+        (stack.diffuse, stack.not_reflected) = (0..texels).into_par_iter().map(whole).unzip();
+        stack
     }
 
     /// Diffuse light that leaves the lowest base downwards when nothing comes from the ground.
@@ -135,32 +222,79 @@ impl<'a> Stack<'a> {
         &self.not_reflected
     }
 
+    fn column<const N: usize>(&self, layer: usize, texel: usize, colour: usize) -> Column<N> {
+        Column::new(&self.layers[layer], self.angles.get(layer), texel, colour)
+    }
+
+    fn whole<const N: usize>(&self, texel: usize) -> ([f32; 3], [f32; 3]) {
+        let colours = [0, 1, 2].map(|colour| {
+            let from_sky = Above::<N>::sky(self.sky[colour]);
+            (0..self.layers.len()).fold(from_sky, |above, layer| self.column(layer, texel, colour).add(&above))
+        });
+        (colours.each_ref().map(|whole| whole.down[0] as f32), colours.map(|whole| whole.not_sent_back as f32))
+    }
+
+    /// Light on the faces of the layers from one on downwards, in a texel and colour, under what is `above` them; returns what
+    /// they send up.
+    fn descend<const N: usize>(
+        &self,
+        above: &Above<N>,
+        (layer, texel, colour): (usize, usize, usize),
+        ground: f64,
+        faces: &mut [Faces],
+    ) -> Moments<N> {
+        let Some((own, lower)) = faces.split_first_mut() else {
+            return std::array::from_fn(|k| if k == 0 { ground } else { 0.0 });
+        };
+        let column = self.column::<N>(layer, texel, colour);
+        let below = self.descend(&column.add(above), (layer + 1, texel, colour), ground, lower);
+        let through = applied(&column.transmitted, &below);
+        let on_top = column.on_top(above, &through);
+        let kept = column.absorbed(&on_top) + column.absorbed(&below);
+        *own = Faces { from_above: on_top[0], from_below: below[0], kept };
+        sum(&sum(&column.up, &through), &applied(&column.reflected, &on_top))
+    }
+
+    /// Light on the faces of all layers in a texel and colour, from top to bottom; returns what escapes.
+    fn lit<const N: usize>(&self, texel: usize, colour: usize, ground: f64, faces: &mut [Faces]) -> f64 {
+        self.descend(&Above::<N>::sky(self.sky[colour]), (0, texel, colour), ground, faces)[0]
+    }
+
     /// Light on all layers when the lowest base gets the irradiance `upwelling` from the ground.
     ///
     /// # Panics
     /// If the map has fewer texels than the layers.
     #[must_use]
     pub fn light(&self, upwelling: &[[f32; 3]]) -> StackLight {
-        let texels = self.diffuse.len();
-        let mut escaping = upwelling[..texels].to_vec();
-        let mut lights = Vec::with_capacity(self.layers.len());
-        let mut kept = [0.0; 3];
-        for (layer, above) in self.layers.iter().zip(&self.above).rev() {
-            let from_below = escaping.clone();
-            let mut from_above = vec![[0.0; 3]; texels];
-            for (texel, [down, part]) in above.iter().enumerate() {
-                for colour in 0..3 {
-                    let column = Column::new(layer, texel, colour);
-                    let through = column.transmitted * f64::from(from_below[texel][colour]);
-                    let on_top = column.on_top(down[colour].into(), part[colour].into(), through);
-                    from_above[texel][colour] = on_top as f32;
-                    kept[colour] += column.absorbed * (on_top + f64::from(from_below[texel][colour]));
-                    escaping[texel][colour] = (column.up + through + (1.0 - column.not_reflected) * on_top) as f32;
-                }
-            }
-            lights.push(LayerLight { from_above, from_below });
-        }
-        lights.reverse();
-        StackLight { layers: lights, escaping, absorbed: kept.map(|sum| sum / texels.max(1) as f64) }
+        let (texels, count) = (self.diffuse.len(), self.layers.len());
+        let mut faces = vec![Faces::default(); 3 * count * texels];
+        let of_texel = |texel: usize, faces: &mut [Faces]| {
+            [0, 1, 2].map(|colour| {
+                let (ground, faces) = (upwelling[texel][colour].into(), &mut faces[colour * count..(colour + 1) * count]);
+                let escaping = match self.angles {
+                    [] => self.lit::<1>(texel, colour, ground, faces),
+                    _ => self.lit::<MOMENTS>(texel, colour, ground, faces),
+                };
+                escaping as f32
+            })
+        };
+        let escaping = match count {
+            0 => upwelling[..texels].to_vec(),
+            _ => faces.par_chunks_exact_mut(3 * count).enumerate().map(|(i, faces)| of_texel(i, faces)).collect(),
+        };
+        let at = |layer: usize, texel: usize, colour: usize| &faces[(3 * texel + colour) * count + layer];
+        let map = |layer: usize, value: fn(&Faces) -> f64| -> Vec<[f32; 3]> {
+            (0..texels).map(|texel| [0, 1, 2].map(|colour| value(at(layer, texel, colour)) as f32)).collect()
+        };
+        let layer = |layer: usize| LayerLight {
+            from_above: map(layer, |faces| faces.from_above),
+            from_below: map(layer, |faces| faces.from_below),
+        };
+        let kept = |colour: usize| {
+            let of_texel = |texel: usize| (0..count).map(|layer| at(layer, texel, colour).kept).sum::<f64>();
+            (0..texels).map(of_texel).sum::<f64>() / texels.max(1) as f64
+        };
+        let absorbed = [0, 1, 2].map(kept);
+        StackLight { layers: (0..count).map(layer).collect(), escaping, absorbed }
     }
 }

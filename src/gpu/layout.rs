@@ -53,6 +53,10 @@ pub struct Medium {
     pub smooth_albedo: [f32; 3],
     /// Unused.
     pub spare: u32,
+    /// Part of extinction that takes light out of the 25-degree beam.
+    pub forward: [f32; 3],
+    /// At 550 nm.
+    pub forward_550: f32,
 }
 
 /// Where a layer lies, and its field in the domain.
@@ -73,8 +77,10 @@ pub struct Placement {
     pub depth_m: f32,
     /// Cuts of a ray through the layer.
     pub max_steps: u32,
+    /// 1: below the layer there is the ground, 0: another layer.
+    pub lowest: u32,
     /// Unused.
-    pub spare: [u32; 2],
+    pub spare: u32,
 }
 
 /// A layer's maps of sunlight.
@@ -130,6 +136,14 @@ pub struct View {
     pub peak: u32,
     /// 1: nothing lies before the layer.
     pub first: u32,
+    /// 1: several layers are drawn, and carry each other's light on; 0: one by itself.
+    pub together: u32,
+    /// Unused.
+    pub spare_0: u32,
+    /// Unused.
+    pub spare_1: u32,
+    /// Unused.
+    pub spare_2: u32,
 }
 
 /// One output texture of the whole sky, or a band of its rows.
@@ -176,12 +190,12 @@ pub struct SkyView {
     pub horizon: f32,
     /// Of the aerosol.
     pub asymmetry: f32,
+    /// As in [`View`].
+    pub together: u32,
     /// Unused.
     pub spare_0: u32,
     /// Unused.
     pub spare_1: u32,
-    /// Unused.
-    pub spare_2: u32,
 }
 
 /// What lies behind the clouds.
@@ -224,6 +238,10 @@ pub struct Share {
     pub reflect_scale: [f32; 3],
     /// Unused.
     pub spare: u32,
+    /// What air within the layer makes of light that comes through it.
+    pub in_air: [f32; 3],
+    /// Unused.
+    pub spare_2: u32,
 }
 
 /// What the texels of a radiance slice are multiplied by, per channel.

@@ -84,6 +84,7 @@ shaders! {
     SUN_ENTRY: "sun_entry", IMAGE, [PATH];
     BLUR: "blur", IMAGE, [];
     BASE_LIGHT: "base_light", IMAGE, [PATH, SLAB, SUN];
+    BASE_BEAM: "base_beam", IMAGE, [PATH, SLAB, SUN];
     BASE_COLUMN: "base_column", IMAGE, [SLAB];
     SUN_SHARE: "sun_share", IMAGE, [];
     GROUND_SUN: "ground_sun", IMAGE, [PATH, SLAB, SUN];

@@ -13,7 +13,8 @@ use std::f64::consts::PI;
 /// `base_light` and `base_column`); fourth channels hold what the slanted ray sends up.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct ColumnMaps {
-    /// Beam at the base; fourth channel: red light sent up along the slanted ray.
+    /// What goes on at the base as the sun's light, of the lowest layer the beam on the ground; fourth channel: red light sent
+    /// up along the slanted ray.
     pub beam: Vec<[f32; 4]>,
     /// Diffuse light at the base along the slanted ray; fourth channel: green light sent up.
     pub tilted: Vec<[f32; 4]>,
@@ -77,13 +78,14 @@ fn entry_weight(transport: Transport) -> f32 {
 
 /// How light by entry, which goes where the sun really falls but is not conserved, is brought to the mean of light along
 /// slanted rays, which is.
-fn share(maps: &ColumnMaps, transport: Transport) -> Share {
+fn share(maps: &ColumnMaps, transport: Transport, in_air: [f64; 3]) -> Share {
     let sent_up = [&maps.beam, &maps.tilted, &maps.entered];
     let scale = |values: [f64; 3]| values.map(|value| value as f32);
     Share {
         entry_scale: scale(colours(|c| ratio(mean(&maps.tilted, c), mean(&maps.entered, c)))),
         reflect_scale: scale(colours(|c| ratio(mean(sent_up[c], 3), mean(&maps.reflected, c)))),
         entry_weight: entry_weight(transport),
+        in_air: scale(in_air),
         ..Share::default()
     }
 }
@@ -107,7 +109,7 @@ pub(super) fn solve(columns: &[ColumnMaps], inputs: &LightInputs<'_>) -> Between
     let side = inputs.grids.exchange_texels as usize;
     let sun = inputs.sun;
     let sky = inputs.sky.map(|radiance| PI * radiance);
-    let shares: Vec<Share> = columns.iter().map(|maps| share(maps, inputs.transport)).collect();
+    let shares: Vec<Share> = columns.iter().zip(inputs.air.within).map(|(maps, air)| share(maps, inputs.transport, air)).collect();
     let rgb = |map: &[[f32; 4]], value: &dyn Fn(usize, &[f32; 4]) -> f64| -> Vec<[f32; 3]> {
         map.iter().map(|texel| [0, 1, 2].map(|c| value(c, texel) as f32)).collect()
     };
@@ -143,7 +145,8 @@ pub(super) fn solve(columns: &[ColumnMaps], inputs: &LightInputs<'_>) -> Between
         .map(|texel| texel.map(|value| value as f32))
         .collect();
     let albedo: Vec<[f32; 3]> = inputs.albedo.data.chunks(4).map(|texel| [texel[0], texel[1], texel[2]]).collect();
-    let stack = Stack::new(&layers, side * side, sky);
+    let angles: Vec<_> = inputs.layers.iter().rev().filter_map(|layer| layer.angles.clone()).collect();
+    let stack = Stack::new(&layers, &angles, side * side, sky);
     let problem = Problem {
         side,
         height_texels: radiating_height_m(columns, inputs) / inputs.extent_m * side as f64,

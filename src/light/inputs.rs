@@ -5,6 +5,7 @@ use crate::field::Field;
 use crate::gpu::HostMap;
 use crate::method::Transport;
 use crate::scene_air::AirBelow;
+use crate::slab::angles::AngleSlice;
 use crate::slice::DeviceTables;
 
 /// A layer as the stage takes it.
@@ -14,6 +15,8 @@ pub(crate) struct LayerInputs<'a> {
     pub(crate) base_m: f64,
     pub(crate) field: &'a Field,
     pub(crate) tables: &'a DeviceTables,
+    /// How it treats light by its angles, where there are layers to share light with.
+    pub(crate) angles: Option<[AngleSlice; 3]>,
     /// Spread of light between where it enters and where it leaves: standard deviation, texels of the maps of sunlight.
     pub(crate) blur_texels: f64,
 }

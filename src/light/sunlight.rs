@@ -13,7 +13,10 @@ pub(crate) struct SunMaps {
     pub(crate) entry: Target,
     pub(crate) blurred: Target,
     half_blurred: Target,
+    /// What goes on at the base as the sun's light.
     pub(crate) beam: Target,
+    /// What of it is the beam on the ground: of all layers but the lowest, where it is the same.
+    pub(crate) ground_beam: Option<Target>,
     pub(crate) tilted: Target,
     pub(crate) entered: Target,
     pub(crate) reflected: Target,
@@ -30,7 +33,7 @@ const REACH: f64 = 3.0;
 const MOST_TAPS: i32 = 96;
 
 impl SunMaps {
-    fn new(gpu: &Gpu, grids: &Grids) -> Self {
+    fn new(gpu: &Gpu, grids: &Grids, lowest: bool) -> Self {
         let size = [grids.sun_texels; 2];
         let single = |label| gpu.texture(label, size, 1, 1);
         let levels = grids.level() + 1;
@@ -40,6 +43,7 @@ impl SunMaps {
             blurred: single("blurred"),
             half_blurred: single("half_blurred"),
             beam: colours("beam"),
+            ground_beam: (!lowest).then(|| gpu.texture("ground_beam", size, 4, 1)),
             tilted: colours("tilted"),
             entered: colours("entered"),
             reflected: colours("reflected"),
@@ -47,6 +51,11 @@ impl SunMaps {
             through: colours("through"),
             not_reflected: colours("not_reflected"),
         }
+    }
+
+    /// The sun's beam on the ground below, as far as this layer and those above leave it.
+    pub(crate) fn on_ground(&self) -> &Target {
+        self.ground_beam.as_ref().unwrap_or(&self.beam)
     }
 
     /// Where blurred entry lies: a blur of nothing is not made.
@@ -69,17 +78,18 @@ pub fn blur(axis: [i32; 2], sigma_texels: f64) -> Blur {
 /// Maps of all layers, lowest first.
 pub(crate) fn maps(gpu: &Gpu, inputs: &LightInputs<'_>, deadline: Option<Instant>) -> Result<Vec<SunMaps>, GpuError> {
     let open = gpu.texture_from("open sun", [1, 1], 4, &[1.0; 4]);
-    let maps: Vec<SunMaps> = inputs.layers.iter().map(|_| SunMaps::new(gpu, inputs.grids)).collect();
+    let maps: Vec<SunMaps> = (0..inputs.layers.len()).map(|number| SunMaps::new(gpu, inputs.grids, number == 0)).collect();
     let mut all = Vec::new();
     for (i, layer) in inputs.layers.iter().enumerate().rev() {
-        let above = maps.get(i + 1).map_or(&open, |above| &above.beam);
+        let above = maps.get(i + 1).map_or([&open; 2], |above| [&above.beam, above.on_ground()]);
         all.extend(passes(gpu, layer, &maps[i], above, inputs.grids));
     }
     gpu.run("sunlight", deadline, &all)?;
     Ok(maps)
 }
 
-fn passes(gpu: &Gpu, layer: &LayerInputs<'_>, maps: &SunMaps, above: &Target, grids: &Grids) -> Vec<Pass> {
+fn passes(gpu: &Gpu, layer: &LayerInputs<'_>, maps: &SunMaps, above: [&Target; 2], grids: &Grids) -> Vec<Pass> {
+    let [above, above_beam] = above;
     let size = [grids.sun_texels; 2];
     let (frame, tables) = (layer.frame, layer.tables);
     let (thickness, bounds) = (&layer.field.thickness, &layer.field.bounds);
@@ -109,8 +119,15 @@ fn passes(gpu: &Gpu, layer: &LayerInputs<'_>, maps: &SunMaps, above: &Target, gr
         &maps.tilted.levels[0],
         &maps.entered.levels[0],
         &maps.reflected.levels[0],
+        // Layers that do not light the ground have no beam there.
+        if maps.ground_beam.is_none() { &above_beam.levels[0] } else { &above.levels[0] },
     ];
     add(&shaders::BASE_LIGHT, base_light);
+    if let Some(beam) = &maps.ground_beam {
+        let transmittance = &tables.transmittance;
+        let binds = binds![frame, thickness, bounds, transmittance, &above_beam.levels[0], repeat, clamp, &beam.levels[0]];
+        add(&shaders::BASE_BEAM, binds);
+    }
     let base_column = binds![
         frame,
         thickness,

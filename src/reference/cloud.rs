@@ -2,11 +2,11 @@
 //! `shaders/shared/cloud.wgsl`.
 
 use super::frame::vec3;
-use super::map::{Map, rgb};
-use super::slab::{slab_reflectance, slab_transmittance};
+use super::map::Map;
+use super::slab::{phase_coordinate, slab_reflectance, slab_transmittance};
 use super::{cloud_analytic, cloud_tabulated};
 use crate::gpu::layout::Frame;
-use crate::slice::{HostSlab, HostTables};
+use crate::slice::{HostSlab, HostTables, PHASE_ROWS};
 use glam::{DVec2, DVec3, DVec4};
 use std::f64::consts::PI;
 
@@ -21,8 +21,13 @@ pub struct Maps<'a> {
     pub from_below: &'a Map,
     /// From above.
     pub from_above: &'a Map,
-    /// The sun's light relative to a slab's under the open sun, for the side that is seen.
+    /// The sun's light relative to a slab's under the open sun, for the side that is seen; fourth channel: what the layers
+    /// above let go on.
     pub sun_share: &'a Map,
+    /// Even light beyond all layers that are drawn: horizontal irradiance.
+    pub behind: &'a Map,
+    /// Columns of scattering angle; fourth channel of the last row: what still counts as the sun's light.
+    pub phase: &'a Map,
 }
 
 /// What a method gives for a ray: the sun's light, per irradiance facing it.
@@ -66,19 +71,78 @@ pub struct ViewRay {
     pub from_above: bool,
 }
 
-/// Light towards the viewer (three colours, in units of the sun's irradiance per steradian), premultiplied, and alpha.
-pub fn shade_ray(frame: &Frame, maps: &Maps<'_>, sunlight: &impl Fn(&ViewRay) -> DVec3, ray: &ViewRay) -> DVec4 {
+/// What lies before a layer, or what it is itself: light towards the viewer, alpha, and what of even light and of the sun's
+/// from behind is held.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Shaded {
+    /// Three colours, in units of the sun's irradiance per steradian, as they come through the layers before.
+    pub light: DVec3,
+    /// Part of what is composited behind that is hidden.
+    pub alpha: f64,
+    /// Parts of even light and of the sun's from behind that are not let through, where layers are drawn together.
+    pub held: DVec2,
+}
+
+impl Shaded {
+    /// With a layer behind.
+    #[must_use]
+    pub fn over(&self, behind: &Self) -> Self {
+        Self {
+            light: (self.light + behind.light).max(DVec3::ZERO),
+            alpha: self.alpha + (1.0 - self.alpha) * behind.alpha,
+            held: self.held + (DVec2::ONE - self.held) * behind.held,
+        }
+    }
+
+    /// Radiance and alpha.
+    #[must_use]
+    pub fn texel(&self) -> DVec4 {
+        self.light.extend(self.alpha)
+    }
+}
+
+/// A layer behind what is `before`. `together`: whether layers carry each other's light on.
+pub fn shade_ray(
+    frame: &Frame,
+    maps: &Maps<'_>,
+    sunlight: &impl Fn(&ViewRay) -> DVec3,
+    ray: &ViewRay,
+    (before, together): (&Shaded, bool),
+) -> Shaded {
     let path = f64::from(frame.medium.extinction_550) * ray.path_m;
-    let clear = (-path).exp();
+    let (clear, alpha) = ((-path).exp(), -(-path).exp_m1());
+    let left_clear = 1.0 - before.alpha;
+    let left = if together { DVec2::ONE - before.held } else { DVec2::splat(left_clear) };
+    let forward = f64::from(frame.medium.forward_550);
     let reflected = slab_reflectance(maps.reflectance, ray.depth, ray.cosine);
     let through = slab_transmittance(maps.transmittance, ray.depth, ray.cosine);
-    let transmitted = (through - clear).max(DVec3::ZERO);
-    let at = |map: &Map| rgb(map.sample_periodic(ray.hit_uv.to_array()));
-    let (low, high) = (at(maps.from_below) / PI, at(maps.from_above) / PI);
-    let mut light =
-        if ray.from_above { high * reflected + low * transmitted } else { high * transmitted + low * reflected };
-    if frame.sun.cosine > 0.0 {
-        light += vec3(frame.sun.irradiance) * at(maps.sun_share) * sunlight(ray);
+    let even_clear = if together { (-forward * path).exp().min(through.y) } else { clear };
+    let mut sun_clear = even_clear;
+    let transmitted = (through - even_clear).max(DVec3::ZERO);
+    let at = |map: &Map| DVec4::from_array(map.sample_periodic(ray.hit_uv.to_array()));
+    let (low, high) = (at(maps.from_below).truncate() / PI, at(maps.from_above).truncate() / PI);
+    let even = if ray.from_above { high * reflected + low * transmitted } else { high * transmitted + low * reflected };
+    let mut light = left.x * even;
+    if together {
+        light += at(maps.behind).truncate() / PI * (left_clear * alpha - left.x * (1.0 - even_clear));
     }
-    light.extend(-(-path).exp_m1())
+    if frame.sun.cosine > 0.0 {
+        let share = at(maps.sun_share);
+        let mut lit = 1.0;
+        if share.w < 1.0 || together {
+            let part = 1.0 - forward_albedo(frame, maps.phase, ray);
+            lit = share.w.powf((part / forward.max(1e-6) - 1.0).max(0.0));
+            sun_clear = (-part * path).exp().min(even_clear);
+        }
+        light += left.y * lit * (vec3(frame.sun.irradiance) * share.truncate() * sunlight(ray));
+    }
+    Shaded { light, alpha, held: DVec2::ONE - DVec2::new(even_clear, sun_clear) }
+}
+
+/// Part of extinction at 550 nm after which light still counts as the sun's for a view.
+fn forward_albedo(frame: &Frame, phase: &Map, ray: &ViewRay) -> f64 {
+    let half_sin = 0.5 * (ray.seen + vec3(frame.sun.towards)).length();
+    let half_cos = 0.5 * (ray.seen - vec3(frame.sun.towards)).length();
+    let rows = PHASE_ROWS as f64;
+    phase.sample_clamped([phase_coordinate(half_sin, half_cos), (rows - 0.5) / rows])[3]
 }

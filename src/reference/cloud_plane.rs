@@ -1,12 +1,13 @@
 //! Texels of the texture cloud: rays of a plane over the domain. Twin of `shaders/shared/cloud_plane.wgsl`.
 
-use super::cloud::{Maps, ViewRay, shade_ray};
-use super::frame::{MIN_COSINE, domain_uv, image};
+use super::cloud::{Maps, Shaded, ViewRay, shade_ray};
+use super::frame::{MIN_COSINE, domain_uv, texel_centre};
 use super::map::Map;
 use super::path::path_in_layer;
 use super::projection::{Ray, ray};
 use crate::gpu::layout::{Frame, View};
 use glam::{DVec2, DVec3, dvec2};
+use rayon::prelude::*;
 
 /// The ray of the texel at `place` (0 to 1 from the north-west corner).
 pub fn view_ray(frame: &Frame, view: &View, thickness: &Map, place: DVec2) -> ViewRay {
@@ -34,5 +35,25 @@ pub fn main(
     maps: &Maps<'_>,
     sunlight: impl Fn(&ViewRay) -> DVec3 + Sync,
 ) -> Vec<f64> {
-    image(view, |place| shade_ray(frame, maps, &sunlight, &view_ray(frame, view, thickness, place)).to_array())
+    let nothing = vec![Shaded::default(); (view.size[0] * view.rows) as usize];
+    let texels = behind(frame, view, thickness, maps, sunlight, &nothing);
+    texels.iter().flat_map(|texel| texel.texel().to_array()).collect()
+}
+
+/// A layer behind what is `before` it in each texel.
+pub fn behind(
+    frame: &Frame,
+    view: &View,
+    thickness: &Map,
+    maps: &Maps<'_>,
+    sunlight: impl Fn(&ViewRay) -> DVec3 + Sync,
+    before: &[Shaded],
+) -> Vec<Shaded> {
+    let width = view.size[0] as usize;
+    let texel = |(number, before): (usize, &Shaded)| {
+        let place = texel_centre(number % width, number / width + view.first_row as usize, view.size);
+        let ray = view_ray(frame, view, thickness, place);
+        before.over(&shade_ray(frame, maps, &sunlight, &ray, (before, view.together == 1)))
+    };
+    before.par_iter().enumerate().map(texel).collect()
 }

@@ -1,16 +1,17 @@
 //! Texels of the texture sky: clouds along rays from an eye over a curved Earth. Twin of `shaders/shared/cloud_sky.wgsl`.
 
 use super::air::{Look, air_light};
-use super::cloud::{Maps, ViewRay, shade_ray};
+use super::cloud::{Maps, Shaded, ViewRay, shade_ray};
 use super::frame::{MIN_COSINE, domain_uv, vec3};
 use super::map::Map;
 use super::path_sampled::{Stretch, path_sampled};
 use super::sphere::{
-    LEAST_RISE_M, cosine_at, ground_way, lowest_m, rising_distance, scattered_direction, sinking_distance, sky_image,
-    sphere_cone, sphere_direction,
+    LEAST_RISE_M, cosine_at, ground_way, lowest_m, rising_distance, scattered_direction, sinking_distance, sphere_cone,
+    sphere_direction,
 };
 use crate::gpu::layout::{Frame, SkyView};
 use glam::{DVec2, DVec3, DVec4, dvec2};
+use rayon::prelude::*;
 
 /// Nothing behind is seen through more than this.
 pub const SKY_OPAQUE: f64 = 0.9998;
@@ -75,7 +76,7 @@ pub fn sky_ray(
     ViewRay { seen: if from_above { up } else { -up }, hit_uv, cosine, path_m: path.length_m, depth, from_above }
 }
 
-/// Radiance and alpha of the layer in the texel at `middle`, counted in texels. `levels`: its thickness; `air`: before it.
+/// The layer behind what is `before` it in the texel at `middle`, counted in texels. `levels`: its thickness; `air`: before it.
 pub fn sky_texel(
     frame: &Frame,
     view: &SkyView,
@@ -83,8 +84,9 @@ pub fn sky_texel(
     maps: &Maps<'_>,
     sunlight: &impl Fn(&ViewRay) -> DVec3,
     middle: DVec2,
-) -> DVec4 {
-    let Some(direction) = sphere_direction(view, middle) else { return DVec4::ZERO };
+    before: &Shaded,
+) -> Shaded {
+    let Some(direction) = sphere_direction(view, middle) else { return Shaded::default() };
     let cone = sphere_cone(view, direction);
     let crossing = sky_crossing(frame, view, direction);
     // How much of the thickness map the texel covers, along the ray.
@@ -97,7 +99,7 @@ pub fn sky_texel(
     } else if crossing.meets {
         (along / f64::from(view.texels_per_ray)).ceil().clamp(1.0, view.rays.into()) as u32
     } else {
-        return DVec4::ZERO;
+        return Shaded::default();
     };
     // What one of many rays misses another finds.
     let steps = f64::from(view.steps) / f64::from(rays).sqrt();
@@ -108,30 +110,38 @@ pub fn sky_texel(
         let level = f64::from(view.coarseness) + (met.near_m * per_metre * cone.side).max(1e-6).log2();
         let coarse = level.clamp(0.0, (levels.len() - 1) as f64);
         let ray = || sky_ray(frame, view, levels, towards, &met, coarse, steps);
-        met.meets.then(|| shade_ray(frame, maps, sunlight, &ray()))
+        met.meets.then(|| shade_ray(frame, maps, sunlight, &ray(), (before, view.together == 1)))
     };
-    let cloud = (0..rays).filter_map(ray).sum::<DVec4>() / f64::from(rays);
+    let (mut sum, mut held) = (DVec4::ZERO, DVec2::ZERO);
+    for shaded in (0..rays).filter_map(ray) {
+        sum += shaded.texel();
+        held += shaded.held;
+    }
+    let (cloud, held) = (sum / f64::from(rays), held / f64::from(rays));
     let (horizon, below, asymmetry) = (view.horizon.into(), view.rising == 0, view.asymmetry.into());
-    let before = air_light(air, direction, &Look { sun: vec3(frame.sun.towards), horizon, below, asymmetry });
-    (cloud.truncate() * before.through + cloud.w * before.light).extend(cloud.w)
+    let air = air_light(air, direction, &Look { sun: vec3(frame.sun.towards), horizon, below, asymmetry });
+    let light = cloud.truncate() * air.through + (1.0 - before.alpha) * cloud.w * air.light;
+    Shaded { light, alpha: cloud.w, held }
 }
 
-/// Radiance and alpha of each texel of a band, this layer behind what is `before` it. `shift`: from where texels are to where
-/// they are looked at, texels; not 0 where a test asks what that changes.
+/// Each texel of a band, this layer behind what is `before` it. `shift`: from where texels are to where they are looked at,
+/// texels; not 0 where a test asks what that changes.
 pub fn main(
     frame: &Frame,
     view: &SkyView,
     (levels, air): (&[Map], &Map),
     maps: &Maps<'_>,
     sunlight: impl Fn(&ViewRay) -> DVec3 + Sync,
-    before: &[f64],
+    before: &[Shaded],
     shift: DVec2,
-) -> Vec<f64> {
-    sky_image(view, |number, middle| {
-        let before = DVec4::from_slice(&before[4 * number..]);
-        if before.w >= SKY_OPAQUE {
-            return before.to_array();
+) -> Vec<Shaded> {
+    let width = view.size[0] as usize;
+    let texel = |(number, before): (usize, &Shaded)| {
+        if before.alpha >= SKY_OPAQUE && (view.together == 0 || before.held.x >= SKY_OPAQUE) {
+            return *before;
         }
-        (before + (1.0 - before.w) * sky_texel(frame, view, (levels, air), maps, &sunlight, middle + shift)).to_array()
-    })
+        let middle = dvec2((number % width) as f64, (number / width + view.first_row as usize) as f64) + 0.5;
+        before.over(&sky_texel(frame, view, (levels, air), maps, &sunlight, middle + shift, before))
+    };
+    before.par_iter().enumerate().map(texel).collect()
 }

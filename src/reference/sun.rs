@@ -13,12 +13,14 @@ pub struct SunThrough {
     pub total: DVec3,
     /// What left the beam by less than 5 degrees, or not at all.
     pub beam: DVec3,
+    /// By less than 25 degrees: what goes on as the sun's light to the next layer.
+    pub forward: DVec3,
 }
 
 /// What comes through `path_m` metres of cloud along the sun's ray.
 pub fn sun_through(frame: &Frame, transmittance: &Map, path_m: f64) -> SunThrough {
     let (cosine, extinction) = (f64::from(frame.sun.slant_cosine), f64::from(frame.medium.extinction_550));
     let total = slab_transmittance(transmittance, extinction * path_m * cosine, cosine);
-    let beam = exp(-vec3(frame.medium.beam) * vec3(frame.medium.extinction) * path_m).min(total);
-    SunThrough { total, beam }
+    let kept = |part: [f32; 3]| exp(-vec3(part) * vec3(frame.medium.extinction) * path_m).min(total);
+    SunThrough { total, beam: kept(frame.medium.beam), forward: kept(frame.medium.forward) }
 }

@@ -1,7 +1,7 @@
 //! How much of the sun a cloud gets. Twin of `shaders/sun_share.wgsl`.
 
 use super::frame::{texel_centre, vec2, vec3};
-use super::map::{Map, rgb, texel};
+use super::map::{Map, rgb};
 use crate::gpu::layout::{Frame, Share};
 use glam::DVec3;
 
@@ -18,22 +18,25 @@ pub struct Maps<'a> {
     pub column: &'a Map,
     /// Light sent up by entry; fourth channel: what enters, relative.
     pub reflected: &'a Map,
-    /// What the layer above leaves of the beam.
+    /// What goes on from the layer above as the sun's light.
     pub above: &'a Map,
 }
 
-/// Factors for the light seen from below and from above.
+/// Factors for the light seen from below and from above; fourth channel: what the layers above let go on.
 pub fn main(frame: &Frame, share: &Share, maps: &Maps<'_>) -> [Map; 2] {
     let side = frame.maps.texels as usize;
+    let lit = |x: usize, y: usize| {
+        let place = texel_centre(x, y, [frame.maps.texels; 2]) + vec2(frame.place.above_uv);
+        rgb(maps.above.sample_periodic(place.to_array()))
+    };
     let below = Map::from_fn(side, side, |x, y| {
         let at = |map: &Map| rgb(map.texel(x, y));
         let diffuse = at(maps.tilted).lerp(vec3(share.entry_scale) * at(maps.entered), share.entry_weight.into());
-        texel((at(maps.beam) + diffuse) / at(maps.column).max(DVec3::splat(1e-9)))
+        (vec3(share.in_air) * (at(maps.beam) + diffuse) / at(maps.column).max(DVec3::splat(1e-9))).extend(lit(x, y).y).to_array()
     });
     let above = Map::from_fn(side, side, |x, y| {
-        let place = texel_centre(x, y, [frame.maps.texels; 2]) + vec2(frame.place.above_uv);
-        let lit = rgb(maps.above.sample_periodic(place.to_array()));
-        texel(lit * maps.reflected.texel(x, y)[3] * vec3(share.reflect_scale))
+        let lit = lit(x, y);
+        (lit * maps.reflected.texel(x, y)[3] * vec3(share.reflect_scale)).extend(lit.y).to_array()
     });
     [below, above]
 }

@@ -20,6 +20,7 @@ use crate::plan::field_resolution;
 use crate::request::Side;
 use crate::scene::Thickness;
 use crate::shade::{self, GroundSun, SlabLight};
+use crate::slab::angles::AngleSlice;
 use crate::slice::{DeviceTables, HostSlab, HostTables};
 use crate::traced::{self, Traced};
 use std::sync::{Arc, Mutex, PoisonError};
@@ -306,6 +307,10 @@ fn lit(gpu: &Gpu, job: &Job, watch: &Watch, run: &Run, frames: &[wgpu::Buffer]) 
         base_m: moment.layers[number].base_m,
         field: &run.fields[number],
         tables: &run.tables[number].device,
+        angles: (moment.layers.len() > 1).then(|| {
+            let (fluxes, forward) = (&job.tables()[number].fluxes, moment.layers[number].forward);
+            [0, 1, 2].map(|c| AngleSlice::new(&fluxes[c], moment.slant_cosine(), forward[c]))
+        }),
         blur_texels: moment.layers[number].blur_texels,
     };
     let layers: Vec<_> = (0..moment.layers.len()).map(layer).collect();

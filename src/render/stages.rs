@@ -28,10 +28,14 @@ pub struct Stages {
     pub entry: HostMap,
     /// The same as light by entry takes it: blurred, where that is not narrower than a texel.
     pub entering: HostMap,
-    /// Beam that the layer above leaves at its base; one texel under the open sun.
+    /// What goes on from the layer above as the sun's light; one texel under the open sun.
     pub above: HostMap,
-    /// Beam at the base; fourth channel: red light sent up along slanted rays.
+    /// And of it what is the beam on the ground.
+    pub above_beam: HostMap,
+    /// What goes on at the base as the sun's light; fourth channel: red light sent up along slanted rays.
     pub beam: HostMap,
+    /// What of it is the beam on the ground, of all layers but the lowest.
+    pub ground_beam: Option<HostMap>,
     /// Diffuse light at the base along slanted rays; fourth channel: green light sent up.
     pub tilted: HostMap,
     /// Diffuse light at the base by entry; fourth channel: blue light sent up.
@@ -48,7 +52,8 @@ pub struct Stages {
     pub columns: Vec<ColumnMaps>,
     /// How the maps are put together.
     pub share: Share,
-    /// The sun's light relative to a slab's under the open sun, seen from below and from above.
+    /// The sun's light relative to a slab's under the open sun, seen from below and from above; fourth channel: what the layers
+    /// above let go on.
     pub shares: [HostMap; 2],
     /// Albedo of the ground on the exchange grid.
     pub albedo: HostMap,
@@ -137,7 +142,9 @@ pub(super) fn read(
         entry: map(&maps.entry)?,
         entering: map(maps.entering(blur_texels))?,
         above: lit.maps.get(number + 1).map_or_else(|| Ok(open()), |above| map(&above.beam))?,
+        above_beam: lit.maps.get(number + 1).map_or_else(|| Ok(open()), |above| map(above.on_ground()))?,
         beam: map(&maps.beam)?,
+        ground_beam: maps.ground_beam.as_ref().map(map).transpose()?,
         tilted: map(&maps.tilted)?,
         entered: map(&maps.entered)?,
         reflected: map(&maps.reflected)?,

@@ -25,6 +25,21 @@ pub(crate) struct Inputs<'a> {
     pub(crate) gathered: Option<&'a Target>,
 }
 
+/// What layers are drawn on, one after the other.
+pub(super) struct DrawnOn<'a> {
+    /// Radiance and alpha.
+    pub(super) texels: &'a wgpu::Buffer,
+    /// Even light beyond all layers: horizontal irradiance.
+    pub(super) behind: &'a Target,
+    /// What of light from behind the layers hold, where several are drawn together.
+    pub(super) held: &'a wgpu::Buffer,
+}
+
+/// What layers that are drawn together hold of light from behind, in each of `texels`: nothing yet.
+pub(super) fn held(gpu: &Gpu, together: bool, texels: usize) -> wgpu::Buffer {
+    gpu.storage("held", 2 * if together { texels } else { 1 })
+}
+
 /// A stage that was asked for before those that it takes from.
 pub(super) fn early(what: &str) -> GpuError {
     GpuError::Failed(format!("{what} was shaded before its light"))
@@ -38,7 +53,7 @@ pub(super) fn cloud_binds(
     view: &wgpu::Buffer,
     shape: Vec<Bind>,
     from_above: bool,
-    output: &wgpu::Buffer,
+    output: &DrawnOn<'_>,
 ) -> Option<Vec<Bind>> {
     let (tables, light) = (layer.tables?, layer.light?);
     let mut binds = binds![layer.frame, view];
@@ -52,7 +67,9 @@ pub(super) fn cloud_binds(
         &light.share[usize::from(from_above)],
         &gpu.repeat,
         &gpu.clamp,
-        output,
+        output.texels,
+        output.behind,
+        output.held,
     ]);
     Some(binds)
 }
@@ -64,7 +81,8 @@ pub(super) fn each<'a>(
     view: &View,
     make: impl Fn(&'a LayerInputs<'a>, &wgpu::Buffer) -> Option<(&'static Shader, Vec<Bind>)>,
 ) -> Option<Vec<Pass>> {
-    let views = [0, 1].map(|first| gpu.uniform("view", &View { first, ..*view }));
+    let together = (inputs.layers.len() > 1).into();
+    let views = [0, 1].map(|first| gpu.uniform("view", &View { first, together, ..*view }));
     let pass = |(i, layer): (usize, &'a LayerInputs<'a>)| {
         let (shader, binds) = make(layer, &views[usize::from(i == 0)])?;
         Some(Pass::new(shader, [view.size[0], view.rows], binds))

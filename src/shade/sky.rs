@@ -1,7 +1,7 @@
 //! The whole sky from an eye: clouds along each ray, and what lies behind them.
 
 use super::ground::{GroundSun, on_the_ground};
-use super::inputs::{Inputs, LayerInputs, cloud_binds, early};
+use super::inputs::{DrawnOn, Inputs, LayerInputs, cloud_binds, early, held};
 use super::tiles::{self, TILE};
 use crate::air_map::AirMap;
 use crate::gpu::layout::{Backdrop, SkyView, View};
@@ -115,6 +115,8 @@ pub(crate) fn sky_band(
 ) -> Result<Vec<f32>, GpuError> {
     let texels = view.size[0] as usize * view.rows as usize;
     let (clouds, output) = (gpu.storage("clouds", 4 * texels), gpu.storage("output", 3 * texels));
+    let together = inputs.layers.len() > 1;
+    let held = held(gpu, together, texels);
     let tiles = tiles::tiles(inputs.sphere, view.size, view.first_row, view.rows);
     let eye_m = inputs.sphere.eye[2];
     let (mut passes, mut views) = (Vec::new(), Vec::new());
@@ -126,9 +128,12 @@ pub(crate) fn sky_band(
         let shown = tiles::names(&tiles, |up| tiles::meets(up, eye_m, layer.base_m, layer.top_m, rising));
         let edge = -tiles::dip(eye_m, if rising { 0.0 } else { layer.top_m }) as f32;
         let (horizon, asymmetry) = (before.horizon as f32, inputs.backdrop.asymmetry);
-        let view = SkyView { rising: rising.into(), edge, horizon, asymmetry, ..*view };
+        let view = SkyView { rising: rising.into(), edge, horizon, asymmetry, together: together.into(), ..*view };
         views.push((view, before));
-        let pass = cloud_pass(gpu, layer, &before.map, &gpu.uniform("view", &view), rising, &shown, &clouds);
+        let last = if rising { inputs.layers.last() } else { inputs.layers.first() };
+        let light = last.and_then(|last| last.inputs.light).ok_or_else(|| early("sky"))?;
+        let drawn_on = DrawnOn { texels: &clouds, behind: light.beyond(!rising), held: &held };
+        let pass = cloud_pass(gpu, layer, &before.map, &gpu.uniform("view", &view), rising, &shown, &drawn_on);
         passes.extend(pass.ok_or_else(|| early("sky"))?);
     }
     let (backdrop, view) = (gpu.uniform("backdrop", &inputs.backdrop), gpu.uniform("view", view));
@@ -170,11 +175,11 @@ fn cloud_pass(
     view: &wgpu::Buffer,
     rising: bool,
     tiles: &[u32],
-    clouds: &wgpu::Buffer,
+    drawn_on: &DrawnOn<'_>,
 ) -> Option<Option<Pass>> {
     let (tables, method) = (layer.inputs.tables?, layer.inputs.method?);
     let shape = binds![&*layer.levels, &gpu.trilinear];
-    let mut shared = cloud_binds(gpu, &layer.inputs, view, shape, !rising, clouds)?;
+    let mut shared = cloud_binds(gpu, &layer.inputs, view, shape, !rising, drawn_on)?;
     Some(over(gpu, method.sky_shader(), tiles, |tiles| {
         shared.extend(binds![tiles, air]);
         shared.extend(method.binds(gpu, tables, !rising));

@@ -7,6 +7,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 use rayon::prelude::*;
 
+use super::angles::{self, AngleTable, BEAM_VALUES, EVEN_VALUES};
 use super::doubling::{Directions, Outgoing, Problem, ScaledMedium, Slab};
 
 /// Optical-depth nodes per factor of two.
@@ -26,8 +27,10 @@ pub const FIRST_ROOT_MU: f64 = 0.01;
 const PER_HEMISPHERE: usize = 96;
 /// Doublings before the first table depth: the diamond slab then has depth 2^-24 and less, 1e-3 of the smallest cosine.
 const DOUBLINGS_BEFORE: usize = 8;
-/// Values per depth in [`FluxTable::to_vec`]: three per mu node and three for isotropic incidence.
-const VALUES_PER_DEPTH: usize = 3 * MU_COUNT + 3;
+/// Fluxes per depth in [`FluxTable::to_vec`]: three per mu node and three for isotropic incidence.
+const FLUXES_PER_DEPTH: usize = 3 * MU_COUNT + 3;
+/// All values per depth: angles beside them.
+const VALUES_PER_DEPTH: usize = FLUXES_PER_DEPTH + BEAM_VALUES * MU_COUNT + EVEN_VALUES;
 
 /// Fluxes of slabs of one medium (one colour channel of a droplet mix), as fractions of the incident irradiance.
 ///
@@ -36,6 +39,7 @@ const VALUES_PER_DEPTH: usize = 3 * MU_COUNT + 3;
 pub struct FluxTable {
     beam: Vec<Flux>,
     diffuse: Vec<Flux>,
+    angles: AngleTable,
 }
 
 /// Where incident light goes; the three fractions sum to 1.
@@ -82,7 +86,7 @@ impl FluxTable {
         let total = DEPTHS_PER_OCTAVE * (octaves + DOUBLINGS_BEFORE + 1);
         let done = AtomicUsize::new(0);
         // One ladder per depth inside an octave; together they are the rows of the table.
-        let ladders: Vec<Vec<(Vec<Flux>, Flux)>> = (0..DEPTHS_PER_OCTAVE)
+        let ladders: Vec<Vec<_>> = (0..DEPTHS_PER_OCTAVE)
             .into_par_iter()
             .map(|step| {
                 let log2_first =
@@ -91,7 +95,7 @@ impl FluxTable {
                 let mut rows = Vec::with_capacity(octaves + 1);
                 problem.ladder(log2_first.exp2() * medium.depth_scale, doublings, |k, slab| {
                     if k >= DOUBLINGS_BEFORE {
-                        rows.push(row(slab, &directions));
+                        rows.push((row(slab, &directions), angles::row(slab, &directions)));
                     }
                     progress(done.fetch_add(1, Ordering::Relaxed) as f64 / total as f64);
                 });
@@ -100,13 +104,16 @@ impl FluxTable {
             .collect();
         let mut beam = Vec::with_capacity(DEPTH_COUNT * MU_COUNT);
         let mut diffuse = Vec::with_capacity(DEPTH_COUNT);
+        let mut angles = AngleTable::default();
         for k in 0..DEPTH_COUNT {
-            let (row, isotropic) = &ladders[k % DEPTHS_PER_OCTAVE][k / DEPTHS_PER_OCTAVE];
+            let ((row, isotropic), (beam_angles, even)) = &ladders[k % DEPTHS_PER_OCTAVE][k / DEPTHS_PER_OCTAVE];
             beam.extend_from_slice(row);
             diffuse.push(*isotropic);
+            angles.beam.extend_from_slice(beam_angles);
+            angles.even.push(*even);
         }
         progress(1.0);
-        Self { beam, diffuse }
+        Self { beam, diffuse, angles }
     }
 
     /// True optical depths of the rows.
@@ -118,8 +125,7 @@ impl FluxTable {
     /// Fluxes of a beam at `mu` (clamped to 1e-4..=1) on a slab of true `optical_depth` (any value; below 0 counts as 0).
     #[must_use]
     pub fn beam(&self, optical_depth: f64, mu: f64) -> Flux {
-        let column = (mu.max(0.0).sqrt() - FIRST_ROOT_MU) / (1.0 - FIRST_ROOT_MU) * (MU_COUNT - 1) as f64;
-        let (column, along) = cell(column, MU_COUNT);
+        let (column, along) = mu_cell(mu);
         lookup(optical_depth, |row| {
             let at = row * MU_COUNT + column;
             self.beam[at].blend(self.beam[at + 1], along)
@@ -168,28 +174,44 @@ impl FluxTable {
         self.isotropic(optical_depth).absorptance
     }
 
+    /// Moments of light beyond its flux at a row's optical depth: of a beam at `mu`, and between moments.
+    pub(super) fn angles(&self, row: usize, mu: f64) -> ([f64; BEAM_VALUES], [f64; EVEN_VALUES]) {
+        let (column, along) = mu_cell(mu);
+        let [low, high] = [0, 1].map(|next| &self.angles.beam[row * MU_COUNT + column + next]);
+        (std::array::from_fn(|i| low[i] + (high[i] - low[i]) * along), self.angles.even[row])
+    }
+
     /// All values, for a cache on disk: per optical depth the triples (reflectance, transmittance, absorptance) of every mu node and
-    /// that of isotropic light.
+    /// that of isotropic light, then the angles of every mu node and those between moments.
     #[must_use]
     pub fn to_vec(&self) -> Vec<f64> {
         let mut values = Vec::with_capacity(DEPTH_COUNT * VALUES_PER_DEPTH);
-        for (row, isotropic) in self.beam.chunks(MU_COUNT).zip(&self.diffuse) {
+        let angles = self.angles.beam.chunks(MU_COUNT).zip(&self.angles.even);
+        for ((row, isotropic), (beam, even)) in self.beam.chunks(MU_COUNT).zip(&self.diffuse).zip(angles) {
             for flux in row.iter().chain([isotropic]) {
                 values.extend([flux.reflectance, flux.transmittance, flux.absorptance]);
             }
+            values.extend(beam.as_flattened());
+            values.extend(even);
         }
         values
     }
 
-    /// The table from [`FluxTable::to_vec`]; `None` if the length is wrong or a value is no fraction.
+    /// The table from [`FluxTable::to_vec`]; `None` if the length is wrong or a value is none of a table.
     #[must_use]
     pub fn from_vec(values: &[f64]) -> Option<Self> {
-        if values.len() != DEPTH_COUNT * VALUES_PER_DEPTH || !values.iter().all(|value| (0.0..=1.0).contains(value)) {
+        if values.len() != DEPTH_COUNT * VALUES_PER_DEPTH {
             return None;
         }
-        let mut table =
-            Self { beam: Vec::with_capacity(DEPTH_COUNT * MU_COUNT), diffuse: Vec::with_capacity(DEPTH_COUNT) };
+        let mut table = Self { beam: Vec::new(), diffuse: Vec::new(), angles: AngleTable::default() };
         for row in values.chunks(VALUES_PER_DEPTH) {
+            let (row, rest) = row.split_at(FLUXES_PER_DEPTH);
+            if !row.iter().all(|value| (0.0..=1.0).contains(value)) || !angles::are_sensible(rest) {
+                return None;
+            }
+            let (beam, even) = rest.split_at(BEAM_VALUES * MU_COUNT);
+            table.angles.beam.extend_from_slice(beam.as_chunks().0);
+            table.angles.even.extend_from_slice(even.as_chunks().0);
             let fluxes = row.chunks(3).map(|value| Flux {
                 reflectance: value[0],
                 transmittance: value[1],
@@ -205,6 +227,11 @@ impl FluxTable {
 /// `sqrt(mu)` of column `k`.
 pub fn root_mu(k: usize) -> f64 {
     FIRST_ROOT_MU + (1.0 - FIRST_ROOT_MU) * k as f64 / (MU_COUNT - 1) as f64
+}
+
+/// Column of a cosine and position within it.
+fn mu_cell(mu: f64) -> (usize, f64) {
+    cell((mu.max(0.0).sqrt() - FIRST_ROOT_MU) / (1.0 - FIRST_ROOT_MU) * (MU_COUNT - 1) as f64, MU_COUNT)
 }
 
 /// Row of the table from a solved slab, and its fluxes for isotropic light.

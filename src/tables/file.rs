@@ -3,7 +3,7 @@
 use sha2::{Digest, Sha256};
 
 /// Start of a file: name and version of the layout.
-const MAGIC: &[u8; 16] = b"skyloom-made-004";
+const MAGIC: &[u8; 16] = b"skyloom-made-005";
 const DIGEST_BYTES: usize = 32;
 
 /// Why a file is of no use.

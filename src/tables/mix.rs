@@ -201,7 +201,7 @@ fn radiance_key(mix: &Mix, detail: Detail) -> String {
 }
 
 /// Memory of a mix's own tables, bytes.
-const MIX_BYTES: usize = 5 << 20;
+const MIX_BYTES: usize = 7 << 20;
 /// Share of a mix's own tables in the work, where radiance tables are made too.
 const MIX_SHARE: f64 = 0.7;
 

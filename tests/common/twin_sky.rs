@@ -17,6 +17,8 @@ pub(crate) struct Sky {
     pub(crate) albedo: [f64; 3],
     pub(crate) turbulence_m_s: f64,
     pub(crate) base_m: f64,
+    /// Layers above it: base, thickness, droplets.
+    pub(crate) above: Vec<(f64, Value, Value)>,
 }
 
 impl Sky {
@@ -28,6 +30,7 @@ impl Sky {
             albedo: [0.2, 0.5, 0.9],
             turbulence_m_s: 0.0,
             base_m: 1000.0,
+            above: Vec::new(),
         }
     }
 
@@ -40,7 +43,7 @@ impl Sky {
     }
 
     pub(crate) fn job(&self, texture: &str, query: &[(&str, &str)]) -> Job {
-        let scene = json!({
+        let mut scene = json!({
             "domain": {"extent_m": 20_000, "resolution": 64},
             "sun": {"zenith_deg": self.zenith_deg, "azimuth_deg": 150},
             "atmosphere": {"sun": [100, 98, 94], "sky": [3, 4, 6]},
@@ -50,6 +53,10 @@ impl Sky {
                 "wind": {"speed_m_s": 7, "from_deg": 200, "turbulence_m_s": self.turbulence_m_s}
             }]
         });
+        for (base_m, thickness, droplets) in &self.above {
+            let layer = json!({"base_m": base_m, "thickness": thickness, "droplets": droplets});
+            scene["layers"].as_array_mut().unwrap().push(layer);
+        }
         let scene = Scene::from_json(scene.to_string().as_bytes()).unwrap();
         let query: Vec<_> = query.iter().map(|(name, value)| ((*name).to_owned(), (*value).to_owned())).collect();
         let request = Request::parse(texture, "f32", &query).unwrap();

@@ -2,6 +2,7 @@
 
 #![expect(clippy::unwrap_used, reason = "a test stops where it fails")]
 
+mod angles;
 mod orders;
 
 use std::f64::consts::PI;
@@ -304,9 +305,12 @@ fn the_table_survives_its_cache_form() {
     let values = CONSERVATIVE.to_vec();
     assert_eq!(FluxTable::from_vec(&values).as_ref(), Some(&*CONSERVATIVE));
     assert!(FluxTable::from_vec(&values[1..]).is_none());
-    let mut broken = values;
-    broken[7] = f64::NAN;
-    assert!(FluxTable::from_vec(&broken).is_none());
+    // A flux, and a value of light by its angles, of which none is above 5.2.
+    for (at, wrong) in [(7, f64::NAN), (7, 1.5), (values.len() - 1, f64::NAN), (values.len() - 1, 6.0)] {
+        let mut broken = values.clone();
+        broken[at] = wrong;
+        assert!(FluxTable::from_vec(&broken).is_none());
+    }
 }
 
 #[test]

@@ -1,0 +1,29 @@
+//! The sun's beam on the ground, as far as layers leave it. Twin of `shaders/base_beam.wgsl`.
+
+use super::base_light::{SAMPLES, samples};
+use super::frame::{texel_centre, vec2, vec3};
+use super::map::{Map, rgb, texel};
+use super::path::path_in_layer;
+use super::sun::sun_through;
+use crate::gpu::layout::Frame;
+use glam::DVec3;
+
+/// With its 5-degree peak: means over each texel of the maps of sunlight. `above`: the same of the layer above.
+pub fn main(frame: &Frame, thickness: &Map, transmittance: &Map, above: &Map) -> Map {
+    let side = frame.maps.texels as usize;
+    Map::from_fn(side, side, |x, y| {
+        let place = texel_centre(x, y, [frame.maps.texels; 2]) + vec2(frame.place.above_uv);
+        let lit = rgb(above.sample_periodic(place.to_array()));
+        let beams = samples(frame, x, y).map(|uv| {
+            let path_m = match frame.maps.columns {
+                1 => {
+                    let height_m = thickness.sample_periodic((uv + vec2(frame.place.offset_uv)).to_array())[0];
+                    height_m / f64::from(frame.sun.slant_cosine)
+                }
+                _ => path_in_layer(thickness, frame, uv, vec3(frame.sun.towards)).length_m,
+            };
+            sun_through(frame, transmittance, path_m).beam
+        });
+        texel(lit * beams.iter().sum::<DVec3>() / SAMPLES as f64)
+    })
+}

@@ -1,0 +1,175 @@
+//! Light of several even layers above each other against exact solutions.
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test stops where it fails")]
+
+mod common;
+
+use common::sky::{Sky, mean};
+use serde_json::{Value, json};
+use std::f64::consts::PI;
+
+/// Extinction of every layer, 1/m.
+const EXTINCTION_PER_M: f64 = 0.05;
+/// Light nearer to the sun than this is not compared: the reference is not tight there.
+const AWAY_FROM_SUN_DEG: f64 = 12.0;
+
+/// A stack from the top down: droplets and optical depth. Layers are thin metres, one right above the other.
+fn scene(layers: &[(Value, f64)], sun_deg: f64, albedo: f64) -> Value {
+    let mut base_m = 1000.0;
+    let mut stack = Vec::new();
+    for (droplets, depth) in layers.iter().rev() {
+        let metres = depth / EXTINCTION_PER_M;
+        let mut droplets = droplets.clone();
+        droplets["extinction_per_m"] = json!(EXTINCTION_PER_M);
+        stack.push(json!({ "base_m": base_m, "thickness": { "kind": "uniform", "metres": metres }, "droplets": droplets }));
+        base_m += metres;
+    }
+    json!({
+        "domain": { "resolution": 1 },
+        "sun": { "zenith_deg": sun_deg, "azimuth_deg": 200 },
+        "atmosphere": { "sun": [1, 1, 1], "sky": [0, 0, 0] },
+        "ground": { "albedo": [albedo; 3] },
+        "layers": stack,
+    })
+}
+
+fn droplets(radius_um: f64) -> Value {
+    // The index that the reference was computed with.
+    json!({ "effective_radius_um": radius_um, "broadness": 2, "refractive_index": [1.33069, 1.33594, 1.34387] })
+}
+
+fn henyey_greenstein(asymmetry: f64) -> Value {
+    json!({ "henyey_greenstein": asymmetry })
+}
+
+/// Irradiance of the ground, green.
+fn irradiance(sky: &mut Sky, scene: &Value) -> f64 {
+    mean(&sky.render(scene, "irradiance", &[]), 1)
+}
+
+/// Radiance and alpha, green; azimuth of the light's travel against that of the sunlight, which comes from 200 degrees.
+fn seen(sky: &mut Sky, scene: &Value, view: &str, zenith: f64, azimuth: f64) -> [f64; 2] {
+    let direction = format!("{zenith},{}", (20.0 + azimuth) % 360.0);
+    let texel = sky.render(scene, "cloud", &[("view", view), ("direction", &direction)]).data;
+    [texel[1].into(), texel[3].into()]
+}
+
+fn from_sun_deg(sun_deg: f64, zenith: f64, azimuth: f64) -> f64 {
+    let (sun, seen) = (sun_deg.to_radians(), zenith.to_radians());
+    let cosine = sun.cos() * seen.cos() + sun.sin() * seen.sin() * azimuth.to_radians().cos();
+    cosine.clamp(-1.0, 1.0).acos().to_degrees()
+}
+
+fn rms(errors: &[f64]) -> f64 {
+    (errors.iter().map(|error| error * error).sum::<f64>() / errors.len() as f64).sqrt()
+}
+
+struct Case {
+    name: &'static str,
+    layers: Vec<(Value, f64)>,
+    /// Largest rms of the radiance, from below and from above.
+    radiance: [f64; 2],
+}
+
+/// Flux and radiance of the three stacks of an independent solver (tests/data/layers/README.md), over black and white ground, at
+/// suns of 30 and 80 degrees. A slab that is cut in two has the flux of the whole within 1 %, radiance from below within 11 %.
+#[test]
+fn stacks_are_those_of_an_independent_solver() {
+    let mut sky = Sky::open();
+    let cases = [
+        Case { name: "thin .7+.7", layers: vec![(droplets(7.0), 0.7); 2], radiance: [0.12, 0.10] },
+        Case { name: "thin 0.5 over 8", layers: vec![(droplets(7.0), 0.5), (droplets(7.0), 8.0)], radiance: [0.08, 0.06] },
+        Case {
+            name: "re12 3 over HG.80 8",
+            layers: vec![(droplets(12.0), 3.0), (henyey_greenstein(0.8), 8.0)],
+            radiance: [0.08, 0.06],
+        },
+    ];
+    let rows: Vec<Vec<&str>> =
+        include_str!("data/layers/disort.csv").lines().skip(2).map(|line| line.split(',').collect()).collect();
+    let mut compared = 0;
+    for case in &cases {
+        for sun in ["30", "80"] {
+            for albedo in ["0", "0.8"] {
+                let own: Vec<&Vec<&str>> = rows.iter().filter(|row| row[..3] == [case.name, sun, albedo]).collect();
+                let number = |row: &[&str], column: usize| row[column].parse::<f64>().unwrap();
+                let (sun, albedo) = (number(own[0], 1), number(own[0], 2));
+                let scene = scene(&case.layers, sun, albedo);
+                let on_ground = irradiance(&mut sky, &scene);
+                let flux = on_ground / sun.to_radians().cos() / number(own[0], 3) - 1.0;
+                let (mut below, mut above, mut near) = (Vec::new(), Vec::new(), Vec::new());
+                for row in own {
+                    let (zenith, azimuth) = (number(row, 6).acos().to_degrees(), number(row, 7));
+                    let [light, _] = seen(&mut sky, &scene, "below", zenith, azimuth);
+                    let error = light / number(row, 9) - 1.0;
+                    if from_sun_deg(sun, zenith, azimuth) > AWAY_FROM_SUN_DEG { &mut below } else { &mut near }.push(error);
+                    let [light, alpha] = seen(&mut sky, &scene, "above", zenith, azimuth);
+                    above.push((light + (1.0 - alpha) * albedo * on_ground / PI) / number(row, 8) - 1.0);
+                    compared += 1;
+                }
+                let errors = [rms(&below), rms(&above)];
+                eprintln!("{}, sun {sun}, albedo {albedo}: flux {flux:+.4}, {errors:.3?}, near the sun {near:.2?}", case.name);
+                assert!(flux.abs() < 0.01, "{}, sun {sun}, albedo {albedo}: flux {flux}", case.name);
+                for (error, most) in errors.into_iter().zip(case.radiance) {
+                    assert!(error < most, "{}, sun {sun}, albedo {albedo}: {errors:?}", case.name);
+                }
+            }
+        }
+    }
+    assert_eq!(compared, 288);
+}
+
+/// A slab cut in parts is the whole, which is exact: flux within 2 %, radiance within 15 % rms from below and 12 % from above,
+/// further than 12 degrees from the sun, for suns to 80 degrees.
+#[test]
+fn cut_slabs_look_like_the_whole() {
+    let mut sky = Sky::open();
+    let (mut fluxes, mut radiances) = (Vec::new(), [Vec::new(), Vec::new()]);
+    for (number, depth) in [0.2, 1.0, 2.5, 12.0].into_iter().enumerate() {
+        for sun in [10.0, 50.0, 70.0, 80.0] {
+            let parts: &[f64] = [&[0.5, 0.5][..], &[0.2, 0.8], &[0.75, 0.25], &[0.3, 0.4, 0.3]][(number + sun as usize / 10) % 4];
+            let medium = if number % 2 == 0 { henyey_greenstein(0.82) } else { droplets(7.0) };
+            let albedo = [0.0, 0.5][number / 2];
+            let whole = scene(&[(medium.clone(), depth)], sun, albedo);
+            let cut: Vec<_> = parts.iter().map(|part| (medium.clone(), part * depth)).collect();
+            let cut = scene(&cut, sun, albedo);
+            let flux = irradiance(&mut sky, &cut) / irradiance(&mut sky, &whole) - 1.0;
+            let mut errors = [Vec::new(), Vec::new()];
+            for zenith in [5.0, 30.0, 50.0, 70.0] {
+                for azimuth in [0.0, 40.0, 90.0, 140.0, 180.0] {
+                    for (side, view) in ["below", "above"].into_iter().enumerate() {
+                        if side == 1 || from_sun_deg(sun, zenith, azimuth) > AWAY_FROM_SUN_DEG {
+                            let [found, exact] = [&cut, &whole].map(|scene| seen(&mut sky, scene, view, zenith, azimuth)[0]);
+                            errors[side].push(found / exact - 1.0);
+                        }
+                    }
+                }
+            }
+            let errors = errors.each_ref().map(|errors| rms(errors));
+            eprintln!("depth {depth} in {parts:?}, sun {sun}: flux {flux:+.4}, radiance {errors:.3?}");
+            assert!(flux.abs() < 0.02, "depth {depth} in {parts:?}, sun {sun}: {flux}");
+            assert!(errors[0] < 0.15 && errors[1] < 0.12, "depth {depth} in {parts:?}, sun {sun}: {errors:?}");
+            fluxes.push(flux);
+            radiances.iter_mut().zip(errors).for_each(|(all, error)| all.push(error));
+        }
+    }
+    eprintln!("rms of fluxes {:.4}, of radiance {:.3?}", rms(&fluxes), radiances.each_ref().map(|all| rms(all)));
+}
+
+/// Light of the sky that comes through several layers is not seen twice where the sky is composited behind them: over a thin
+/// stack under an even sky without a sun, what is seen is the sky but for what the black ground takes.
+#[test]
+fn even_light_through_a_stack_is_counted_once() {
+    let mut sky = Sky::open();
+    let layers = [(henyey_greenstein(0.85), 0.6), (henyey_greenstein(0.7), 1.5), (henyey_greenstein(0.85), 0.3)];
+    for albedo in [0.0, 1.0] {
+        let mut scene = scene(&layers, 40.0, albedo);
+        scene["atmosphere"] = json!({ "sun": 0, "sky": 2 });
+        for zenith in [0.0, 40.0, 75.0] {
+            let [light, alpha] = seen(&mut sky, &scene, "below", zenith, 30.0);
+            let whole = light + 2.0 * (1.0 - alpha);
+            // Even light stays even over white ground; over black the layers send some back up: at most what they reflect.
+            let reflected = if albedo == 1.0 { 1e-3 } else { 0.45 };
+            assert!((-reflected..1e-3).contains(&(whole / 2.0 - 1.0)), "{zenith}, albedo {albedo}: {whole}");
+        }
+    }
+}
