@@ -107,7 +107,7 @@ impl AirLight {
         Self {
             beam: beam(&covered.waves, covered.covers[0].top_m()),
             sky: colour(cover.with.each_ref().map(|light| light.top.down / PI)),
-            below: AirBelow::new(air, covered, &cover, sun_cosine),
+            below: AirBelow::new(air, covered, &cover, [sun_cosine, nearness]),
             cover: Some(cover),
         }
     }

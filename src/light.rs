@@ -13,6 +13,7 @@ mod sunlight;
 
 use crate::gpu::layout::Share;
 use crate::gpu::{Gpu, GpuError, HostMap, Target};
+use crate::scene_air::AirChange;
 use std::sync::Arc;
 use std::time::Instant;
 
@@ -24,9 +25,10 @@ pub use sunlight::blur;
 
 /// Light of a layer at one moment, as shading needs it.
 pub(crate) struct LayerLight {
-    /// Horizontal irradiance that arrives from below and from above but for the sun.
+    /// Horizontal irradiance that arrives from below and from above but for the sun; the latter for one who sees it through the
+    /// layer, less what the air within takes, and for one above.
     pub(crate) from_below: Target,
-    pub(crate) from_above: Target,
+    pub(crate) from_above: [Target; 2],
     /// The sun's light relative to a slab's under the open sun: seen from below and from above. Fourth channel: what the layers
     /// above let go on.
     pub(crate) share: [Target; 2],
@@ -35,7 +37,7 @@ pub(crate) struct LayerLight {
 impl LayerLight {
     /// Light that arrives from beyond the layer, for one who looks at it from above or from below.
     pub(crate) fn beyond(&self, from_above: bool) -> &Target {
-        if from_above { &self.from_below } else { &self.from_above }
+        if from_above { &self.from_below } else { &self.from_above[1] }
     }
 }
 
@@ -65,16 +67,18 @@ pub(crate) fn light(gpu: &Gpu, inputs: &LightInputs<'_>, deadline: Option<Instan
     let maps = sunlight::maps(gpu, inputs, deadline)?;
     let columns = sunlight::read(gpu, &maps, inputs.grids, deadline)?;
     let between = between::solve(&columns, inputs);
-    let upload = |label, colours: &[[f32; 3]], air: [f64; 3]| {
-        let [in_r, in_g, in_b] = air.map(|part| part as f32);
-        let data: Vec<f32> = colours.iter().flat_map(|[r, g, b]| [in_r * r, in_g * g, in_b * b, 0.0]).collect();
+    let upload = |label, colours: &[[f32; 3]], air: AirChange| {
+        let (factor, added) = (air.factor.map(|part| part as f32), air.added.map(|light| light as f32));
+        let in_air = |light: &[f32; 3]| [0, 1, 2].map(|c| factor[c] * light[c] + added[c]);
+        let data: Vec<f32> = colours.iter().map(in_air).flat_map(|[r, g, b]| [r, g, b, 0.0]).collect();
         gpu.texture_from(label, [colours.len().isqrt() as u32; 2], 4, &data)
     };
     let shares = sunlight::shares(gpu, inputs, &maps, &between.shares, deadline)?;
     let airs = inputs.air.layers;
-    let layers = between.layers.iter().zip(shares).zip(airs).map(|((layer, share), [below, above])| LayerLight {
+    let layers = between.layers.iter().zip(shares).zip(airs.into_iter().zip(inputs.air.within));
+    let layers = layers.map(|((layer, share), ([below, above], within))| LayerLight {
         from_below: upload("from_below", &layer.from_below, below),
-        from_above: upload("from_above", &layer.from_above, above),
+        from_above: [above.times(within), above].map(|air| upload("from_above", &layer.from_above, air)),
         share,
     });
     let gathered = upload("gathered", &between.gathered, inputs.air.ground_diffuse);

@@ -84,9 +84,46 @@ impl CoverMoment {
         Self { with, without }
     }
 
-    /// What the air makes of an irradiance, relative to none.
-    fn factor(&self, irradiance: impl Fn(&CoverLight) -> f64) -> [f64; 3] {
-        relative(self.with.each_ref().map(&irradiance), self.without.each_ref().map(&irradiance))
+    /// What the air makes of an irradiance: as much of it passes as of even light, if the rest is what the air adds of its own
+    /// scattered beam. Under closed cloud in haze less may be left.
+    fn change(&self, clearness: [f64; 4], nearness: f64, irradiance: impl Fn(&CoverLight) -> f64) -> AirChange {
+        let (with, without) = (self.with.each_ref().map(&irradiance), self.without.each_ref().map(&irradiance));
+        let passing = |wave: usize| (clearness[wave] * without[wave]).min(with[wave]);
+        let passed: [f64; 4] = std::array::from_fn(passing);
+        let added = rec709(std::array::from_fn(|wave| with[wave] - passed[wave]));
+        AirChange { factor: relative(passed, without), added: added.map(|value| nearness * value.max(0.0)) }
+    }
+
+    /// What the air within a layer leaves of light that comes through it, in the mean. `reflectance` is the layer's for even
+    /// light: what it sends back from below did not come through.
+    fn within(&self, base_m: f64, reflectance: [f64; 4]) -> [f64; 3] {
+        let through = |lights: &[CoverLight; 4]| {
+            std::array::from_fn(|wave| {
+                let base = lights[wave].at(base_m);
+                (base.down - reflectance[wave] * base.up).max(0.0)
+            })
+        };
+        relative(through(&self.with), through(&self.without))
+    }
+}
+
+/// What air makes of light as it is without air: a part of it, and more. Red, green, blue.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct AirChange {
+    /// Part of the light.
+    pub factor: [f64; 3],
+    /// Irradiance that is added.
+    pub added: [f64; 3],
+}
+
+impl AirChange {
+    /// None.
+    pub const NONE: Self = Self { factor: [1.0; 3], added: [0.0; 3] };
+
+    /// Followed by a factor.
+    pub fn times(self, factor: [f64; 3]) -> Self {
+        let product = |values: [f64; 3]| std::array::from_fn(|c| values[c] * factor[c]);
+        Self { factor: product(self.factor), added: product(self.added) }
     }
 }
 
@@ -106,16 +143,16 @@ fn relative(with: [f64; 4], without: [f64; 4]) -> [f64; 3] {
     })
 }
 
-/// What the air among and below the clouds makes of light, relative to none; 1 where there is none. Red, green, blue.
+/// What the air among and below the clouds makes of light.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct AirBelow {
-    /// Of the sun's beam from the clouds' top to the ground.
+    /// Part of the sun's beam at the clouds' top that reaches the ground; red, green, blue.
     pub ground_beam: [f64; 3],
     /// Of diffuse light on the ground.
-    pub ground_diffuse: [f64; 3],
+    pub ground_diffuse: AirChange,
     /// Of light on each layer from below and from above, lowest layer first.
-    pub layers: [[[f64; 3]; 2]; Scene::MAX_LAYERS],
-    /// Of light that comes through each layer, by the air in it.
+    pub layers: [[AirChange; 2]; Scene::MAX_LAYERS],
+    /// Part of what comes through each layer that the air in it leaves; red, green, blue.
     pub within: [[f64; 3]; Scene::MAX_LAYERS],
 }
 
@@ -123,27 +160,35 @@ impl AirBelow {
     /// None.
     pub const NONE: Self = Self {
         ground_beam: [1.0; 3],
-        ground_diffuse: [1.0; 3],
-        layers: [[[1.0; 3]; 2]; Scene::MAX_LAYERS],
+        ground_diffuse: AirChange::NONE,
+        layers: [[AirChange::NONE; 2]; Scene::MAX_LAYERS],
         within: [[1.0; 3]; Scene::MAX_LAYERS],
     };
 
     /// Of a moment's clouds. In the mean over the domain light then is that of the clouds as even layers in air; from place to
     /// place it varies as it does without air.
-    pub fn new(air: &SceneAir, tables: &CoveredTables, moment: &CoverMoment, sun_cosine: f64) -> Self {
+    /// Of the sun the cosine of its zenith, and its irradiance relative to that at its mean distance.
+    pub fn new(
+        air: &SceneAir,
+        tables: &CoveredTables,
+        moment: &CoverMoment,
+        [sun_cosine, nearness]: [f64; 2],
+    ) -> Self {
         let mut below = Self::NONE;
+        let change = |irradiance: &dyn Fn(&CoverLight) -> f64| moment.change(tables.clearness, nearness, irradiance);
         // Along the sphere: a level layer of air lets nothing through from the horizon.
         let beam = |waves: &[Moments; 4], height_m: f64| {
             waves.each_ref().map(|wave| wave.air.disc_transmittance(height_m, sun_cosine))
         };
         below.ground_beam = relative(beam(&air.clear.waves, 0.0), beam(&tables.waves, tables.covers[0].top_m()));
-        below.ground_diffuse = moment.factor(|light| light.ground.down);
-        for (factors, [base_m, top_m]) in below.layers.iter_mut().zip(&tables.heights_m) {
-            *factors = [moment.factor(|light| light.at(*base_m).up), moment.factor(|light| light.at(*top_m).down)];
+        below.ground_diffuse = change(&|light| light.ground.down);
+        for (changes, [base_m, top_m]) in below.layers.iter_mut().zip(&tables.heights_m) {
+            *changes = [change(&|light| light.at(*base_m).up), change(&|light| light.at(*top_m).down)];
         }
-        for (within, [base_m, _]) in below.within.iter_mut().zip(&tables.heights_m) {
+        let layers = tables.heights_m.iter().zip(&tables.reflectances);
+        for (within, ([base_m, _], reflectance)) in below.within.iter_mut().zip(layers) {
             // The mean over a broken cover has the light of the gaps in it, whose air is not the clouds'.
-            let mean = moment.factor(|light| light.at(*base_m).down);
+            let mean = moment.within(*base_m, *reflectance);
             *within = mean.map(|factor| 1.0 + tables.part * (factor - 1.0));
         }
         below

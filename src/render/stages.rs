@@ -154,7 +154,7 @@ pub(super) fn read(
         share: lit.shares[number],
         shares: [map(&own.share[0])?, map(&own.share[1])?],
         albedo: lit.albedo,
-        light: LayerLight { from_above: colours(&own.from_above)?, from_below: colours(&own.from_below)? },
+        light: LayerLight { from_above: colours(&own.from_above[1])?, from_below: colours(&own.from_below)? },
         gathered: map(&lit.light.gathered)?,
         energy: lit.light.energy,
         closure: slice::closure(mix, tables.ratio, cosine),

@@ -63,7 +63,7 @@ pub(super) fn cloud_binds(
         &tables.reflectance,
         &tables.phase,
         &light.from_below,
-        &light.from_above,
+        &light.from_above[usize::from(from_above)],
         &light.share[usize::from(from_above)],
         &gpu.repeat,
         &gpu.clamp,

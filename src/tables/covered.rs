@@ -5,7 +5,7 @@ use super::error::TableError;
 use super::library::{Artefact, TableLibrary};
 use super::mix::MixTables;
 use crate::atmosphere::{Air, Boundary, Moments};
-use crate::cover::{CloudLayer, Column, Cover};
+use crate::cover::{AirSlab, CloudLayer, Column, Cover};
 use crate::field;
 use rayon::prelude::*;
 use sha2::{Digest as _, Sha256};
@@ -24,6 +24,10 @@ pub struct CoveredTables {
     pub airless: [Cover; 4],
     /// Part of the sky that cloud takes, 0 to 1: thin cloud counts as far as it takes light from a beam.
     pub part: f64,
+    /// Transmittance of the air from the clouds' top to the ground for even light.
+    pub clearness: [f64; 4],
+    /// Part of even light that each layer sends back.
+    pub reflectances: Vec<[f64; 4]>,
     /// Base and mean top of each layer, m.
     pub heights_m: Vec<[f64; 2]>,
 }
@@ -70,6 +74,13 @@ impl CoverLayer {
     fn part(&self) -> f64 {
         let met = |c: &field::Column| c.part * -(-c.thickness_m * self.extinction_per_m[1]).exp_m1();
         self.columns.iter().map(met).sum::<f64>().clamp(0.0, 1.0)
+    }
+
+    /// Part of even light that it sends back.
+    fn reflectance(&self, channel: usize) -> f64 {
+        let fluxes = &self.droplets.fluxes[channel];
+        let depth = |column: &field::Column| column.thickness_m * self.extinction_per_m[channel];
+        self.columns.iter().map(|column| column.part * fluxes.diffuse(depth(column)).reflectance).sum()
     }
 
     fn cloud(&self, channel: usize) -> CloudLayer<'_> {
@@ -127,7 +138,11 @@ impl CoveredMix {
 
     fn tables(&self, waves: [Moments; 4], covers: [Cover; 4], airless: [Cover; 4]) -> CoveredTables {
         let heights_m = self.layers.iter().map(|layer| [layer.base_m, layer.base_m + layer.mean_m()]).collect();
-        CoveredTables { key: self.key(), waves, covers, airless, part: self.parts().1, heights_m }
+        let clear = |wave: usize| AirSlab::new(&self.air.medium(wave), 0.0, covers[wave].top_m()).diffuse().transmittance;
+        let clearness = [clear(0), clear(1), clear(2), clear(3)];
+        let reflectances = self.layers.iter().map(|layer| CHANNELS.map(|channel| layer.reflectance(channel))).collect();
+        let part = self.parts().1;
+        CoveredTables { key: self.key(), waves, covers, airless, part, clearness, reflectances, heights_m }
     }
 
     fn airs(&self, covers: &[Cover; 4]) -> [Air; 4] {
