@@ -127,6 +127,7 @@ fn beam(
         towards_sun: scene.towards_sun,
         sun_irradiance: 1.0,
         sky_radiance: 0.0,
+        air: None,
     };
     let light = trace(&problem, size, FluxMap::GroundDirect, effort, progress, stop)?;
     let map = light.map(FluxMap::GroundDirect);

@@ -13,6 +13,7 @@
 //!
 //! [`trace`] does one colour, [`irradiance`] three.
 
+mod air;
 mod light;
 mod maps;
 mod medium;
