@@ -81,6 +81,26 @@ fn check(found: Estimate, expected: f64, error: f64, what: &str) -> f64 {
     found_by / spread
 }
 
+/// Deviations of many comparisons, in standard errors.
+#[derive(Default)]
+struct Deviations(Vec<f64>);
+
+impl Deviations {
+    fn add(&mut self, off: f64) {
+        self.0.push(off);
+    }
+
+    /// A steady difference is a fault, and so are errors that are not those found. The maps of one run are not independent of each
+    /// other: some 20 of them count.
+    fn check(&self) {
+        let count = self.0.len() as f64;
+        let mean = self.0.iter().sum::<f64>() / count;
+        let square = self.0.iter().map(|off| off * off).sum::<f64>() / count;
+        println!("{count} comparisons, mean deviation {mean:.2}, mean square {square:.2}");
+        assert!(mean.abs() < 0.8 && (0.3..2.0).contains(&square), "{mean} {square}");
+    }
+}
+
 /// The sets of `data/sky/README.md`.
 fn medium(set: &str, wavelength_nm: f64) -> Medium {
     let (depth, asymmetry, albedo, scale_m) = match set {
@@ -102,13 +122,13 @@ fn overcast_skies_are_those_of_an_independent_solver() {
     // That solver cuts the air into even sheets, and the cloud's forward peak off.
     const THEIR_ERROR: f64 = 1e-3;
     let (phase, thickness) = (henyey_greenstein(0.85), even(1000.0));
-    let mut deviations = Vec::new();
+    let mut deviations = Deviations::default();
     for (i, row) in rows("overcast.csv").iter().enumerate().skip(3).step_by(7) {
         let number = |i: usize| row[i].parse::<f64>().unwrap();
         let air = medium(&row[0], number(1));
         let layers = [Layer { extinction_per_m: number(2) / 1000.0, ..layer(&thickness, &phase) }];
         let ground = even(row[3].parse().unwrap());
-        let photons = if number(2) > 20.0 { 100_000 } else { 200_000 };
+        let photons = if number(2) > 20.0 { 30_000 } else { 60_000 };
         let light = run(&problem(&layers, &ground, number(4), Some(&air)), 1, photons, i as u64);
         for (map, column) in [
             (FluxMap::Ground, 5),
@@ -118,49 +138,49 @@ fn overcast_skies_are_those_of_an_independent_solver() {
             (FluxMap::Up, 9),
             (FluxMap::BaseUp, 10),
         ] {
-            let what = format!("{} {} nm, cloud {}, ground {}, sun {}: {map:?}", row[0], row[1], row[2], row[3], row[4]);
+            let what =
+                format!("{} {} nm, cloud {}, ground {}, sun {}: {map:?}", row[0], row[1], row[2], row[3], row[4]);
             let found = scaled(light.mean(map), light.incident);
             let error = THEIR_ERROR * number(column) + 1e-5;
             let off = check(found, number(column), error, &what);
             // Direct light through thick cloud is too seldom to have an error.
             if number(column) > 1e-3 {
-                deviations.push(off);
+                deviations.add(off);
             }
         }
     }
-    let count = deviations.len() as f64;
-    let mean = deviations.iter().sum::<f64>() / count;
-    let square = deviations.iter().map(|off| off * off).sum::<f64>() / count;
-    println!("{count} comparisons, mean deviation {mean:.2}, mean square {square:.2}");
-    // The maps of one run are not independent of each other: some 20 runs.
-    assert!(mean.abs() < 1.0 && square < 2.0, "{mean} {square}");
+    deviations.check();
 }
 
 #[test]
-fn clear_skies_are_those_of_an_independent_solver_on_a_sphere() {
-    let (phase, none, ground) = (henyey_greenstein(0.85), even(0.0), even(0.2));
-    // Level and round air differ by this much in the light of the sky at these suns.
-    const ROUND: f64 = 0.004;
-    let mut compared = 0;
-    for (i, row) in rows("irradiance.csv").iter().enumerate() {
-        let number = |i: usize| row[i].parse::<f64>().unwrap();
-        let (zenith, height_m) = (number(2), 1000.0 * number(3));
-        if zenith > 70.0 {
-            continue;
+fn clear_skies_are_those_of_an_independent_solver() {
+    // That solver cuts the air into even sheets, 50 m of it near the ground.
+    const THEIR_ERROR: f64 = 1e-3;
+    let (phase, none) = (henyey_greenstein(0.85), even(0.0));
+    let mut deviations = Deviations::default();
+    // Two rows, on the ground and at 2 km, belong together.
+    for (i, pair) in rows("clear_level.csv").chunks(2).enumerate().step_by(3) {
+        let number = |row: usize, i: usize| pair[row][i].parse::<f64>().unwrap();
+        let air = medium(&pair[0][0], number(0, 1));
+        let ground = even(pair[0][2].parse().unwrap());
+        let layers = [Layer { base_m: 2000.0, ..layer(&none, &phase) }];
+        let light = run(&problem(&layers, &ground, number(0, 3), Some(&air)), 1, 100_000, 100 + i as u64);
+        for (row, map, column) in [
+            (0, FluxMap::GroundDiffuse, 5),
+            (0, FluxMap::GroundDirect, 6),
+            (1, FluxMap::BaseDiffuse, 5),
+            (1, FluxMap::TopDirect, 6),
+            (1, FluxMap::Up, 7),
+        ] {
+            let found = scaled(light.mean(map), light.incident);
+            let what = format!("{}: {map:?}", pair[row][..5].join(","));
+            deviations.add(check(found, number(row, column), THEIR_ERROR * number(row, column), &what));
         }
-        compared += 1;
-        let air = medium(&row[0], number(1));
-        let layers = [Layer { base_m: height_m, ..layer(&none, &phase) }];
-        let light = run(&problem(&layers, &ground, zenith, Some(&air)), 1, 1_000_000, 100 + i as u64);
-        let map = if number(4) > 0.0 { FluxMap::BaseDiffuse } else { FluxMap::BaseUp };
-        let found = scaled(light.mean(map), light.incident);
-        // Upwards at a height there is sunlight that the ground reflects, in our numbers and in theirs.
-        check(found, number(5), SIGMAS * number(6) + ROUND * number(5), &row.join(","));
-        let direct = scaled(light.mean(FluxMap::GroundDirect), light.incident);
-        let mu = zenith.to_radians().cos();
-        check(direct, mu * (-air.depth_above(0.0) / mu).exp(), 0.0, "direct");
+        let mu = number(0, 3).to_radians().cos();
+        let direct = number(0, 6) / (mu * (-air.depth_above(0.0) / mu).exp());
+        assert!((direct - 1.0).abs() < 1e-5, "the two have the same air: {direct}");
     }
-    assert_eq!(compared, 4);
+    deviations.check();
 }
 
 #[test]
@@ -194,7 +214,7 @@ fn air_is_a_slab_whatever_its_profile() {
         for (light, flux) in [("sun", fluxes.beam(depth, mu)), ("sky", back)] {
             let (sun_irradiance, sky_radiance) = if light == "sun" { (2.0, 0.0) } else { (0.0, 3.0) };
             let problem = FieldProblem { sun_irradiance, sky_radiance, ..problem(layers, &ground, zenith, Some(air)) };
-            let found = run(&problem, 1, 300_000, 3);
+            let found = run(&problem, 1, 80_000, 3);
             // As between ground and even cloud: a geometric series.
             let down = flux.transmittance / (1.0 - 0.6 * back.reflectance);
             let what = |map: &str| format!("{name}, {light}, {map}");
@@ -213,15 +233,13 @@ fn air_is_a_slab_whatever_its_profile() {
 fn an_even_sky_lights_white_ground_evenly_through_air_and_any_cloud() {
     let (phase, white, map) = (henyey_greenstein(0.85), even(1.0), broken());
     let layers = [layer(&map, &phase), Layer { base_m: 3000.0, offset_uv: [0.2, 0.4], ..layer(&map, &phase) }];
-    let air = Medium {
-        rayleigh_depth: 0.3,
-        ozone_depth: 0.0,
-        aerosol: Aerosol::henyey_greenstein(0.7, 1500.0, 1.0, 0.7),
-    };
-    let problem =
-        FieldProblem { sun_irradiance: 0.0, sky_radiance: 2.0, ..problem(&layers, &white, 30.0, Some(&air)) };
-    let found = run(&problem, 8, 600_000, 5);
-    for map in [FluxMap::Ground, FluxMap::GroundDiffuse, FluxMap::BaseDown, FluxMap::BaseUp, FluxMap::Up, FluxMap::TopDiffuse] {
+    let air =
+        Medium { rayleigh_depth: 0.3, ozone_depth: 0.0, aerosol: Aerosol::henyey_greenstein(0.7, 1500.0, 1.0, 0.7) };
+    let problem = FieldProblem { sun_irradiance: 0.0, sky_radiance: 2.0, ..problem(&layers, &white, 30.0, Some(&air)) };
+    let found = run(&problem, 8, 100_000, 5);
+    for map in
+        [FluxMap::Ground, FluxMap::GroundDiffuse, FluxMap::BaseDown, FluxMap::BaseUp, FluxMap::Up, FluxMap::TopDiffuse]
+    {
         check(found.mean(map), 1.0, 0.0, &format!("{map:?}"));
         let texels = found.map(map);
         let squares: f64 = texels.values.iter().map(|value| (value - 1.0).powi(2)).sum();
@@ -242,9 +260,8 @@ fn all_light_is_accounted_for() {
         let ozone_depth = if haze < 1.0 { 0.05 } else { 0.0 };
         let aerosol = Aerosol::henyey_greenstein(0.5, 1500.0, haze, 0.7);
         let air = Medium { rayleigh_depth: 0.24, ozone_depth, aerosol };
-        let found = run(&problem(&layers, &ground, 50.0, Some(&air)), 4, 300_000, 30 + i as u64);
-        let ends =
-            [found.absorbed_by_ground, found.absorbed_in_clouds, found.absorbed_in_air, found.lost_to_space];
+        let found = run(&problem(&layers, &ground, 50.0, Some(&air)), 4, 60_000, 30 + i as u64);
+        let ends = [found.absorbed_by_ground, found.absorbed_in_clouds, found.absorbed_in_air, found.lost_to_space];
         let sum = Estimate {
             value: ends.iter().map(|end| end.value).sum(),
             // Not more than if all were off together.
@@ -266,7 +283,7 @@ fn empty_air_is_no_air() {
     let layers = [layer(&map, &phase)];
     let empty = Medium { rayleigh_depth: 0.0, ozone_depth: 0.0, aerosol: Aerosol::none() };
     let without = run(&problem(&layers, &ground, 40.0, None), 4, 200_000, 41);
-    let with = run(&problem(&layers, &ground, 40.0, Some(&empty)), 4, 800_000, 42);
+    let with = run(&problem(&layers, &ground, 40.0, Some(&empty)), 4, 200_000, 42);
     for map in [FluxMap::GroundDirect, FluxMap::GroundDiffuse, FluxMap::BaseDown, FluxMap::Up, FluxMap::Column] {
         let (found, expected) = (with.mean(map), without.mean(map));
         check(found, expected.value, SIGMAS * expected.standard_error, &format!("{map:?}"));
@@ -286,7 +303,7 @@ fn threads_do_not_matter_and_errors_are_those_of_independent_runs() {
     let problem = problem(&layers, &ground, 60.0, Some(&air));
     let with = |threads: usize, seed: u64| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-        pool.install(|| run(&problem, 16, 400_000, seed))
+        pool.install(|| run(&problem, 16, 60_000, seed))
     };
     let one = with(1, 8);
     assert_eq!(one, with(3, 8));

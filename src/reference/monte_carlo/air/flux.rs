@@ -12,8 +12,8 @@ use super::tensor::Tensor;
 use crate::reference::monte_carlo::error::MonteCarloError;
 use crate::reference::monte_carlo::estimate::Effort;
 use crate::reference::monte_carlo::random::Random;
-use crate::reference::monte_carlo::scattering::turned;
 use crate::reference::monte_carlo::run::{Watch, run};
+use crate::reference::monte_carlo::scattering::turned;
 
 /// Which way a level surface faces.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -127,8 +127,7 @@ mod tests {
             let air = Air::new(&medium).unwrap();
             let heights = (0..100_000).map(f64::from).chain(OZONE_CORNERS_M);
             for height_m in heights {
-                let (found, most) =
-                    (medium.profile().at(height_m).extinction, air.greatest_per_m[air.level(height_m)]);
+                let (found, most) = (medium.profile().at(height_m).extinction, air.greatest_per_m[air.level(height_m)]);
                 assert!(found <= most * (1.0 + 1e-12), "{found} {most} at {height_m}");
             }
         }
@@ -141,11 +140,16 @@ mod tests {
         let mut random = Random::new(5, 0);
         // Of so many, those that arrive are binomial: one standard error is at most 0.0011.
         let count = 200_000;
-        for (from_m, to_m, slope) in
-            [(0.0, 100_000.0, 1.0), (100_000.0, 0.0, 0.5), (300.0, 20_000.0, 0.2), (40_000.0, 900.0, 0.1), (7.0, 8.0, 1e-4)]
-        {
+        for (from_m, to_m, slope) in [
+            (0.0, 100_000.0, 1.0),
+            (100_000.0, 0.0, 0.5),
+            (300.0, 20_000.0, 0.2),
+            (40_000.0, 900.0, 0.1),
+            (7.0, 8.0, 1e-4),
+        ] {
             let up = if to_m > from_m { slope } else { -slope };
-            let arrived = (0..count).filter(|_| air.fly(from_m, up, (to_m - from_m) / up, &mut random).is_none()).count();
+            let arrived =
+                (0..count).filter(|_| air.fly(from_m, up, (to_m - from_m) / up, &mut random).is_none()).count();
             let found = arrived as f64 / f64::from(count);
             let depth = (medium.depth_above(from_m) - medium.depth_above(to_m)).abs();
             let exact = (-depth / slope).exp();
@@ -167,7 +171,9 @@ mod tests {
         }
         let all: f64 = met.iter().sum();
         let expected = [here.rayleigh, here.aerosol, here.extinction - here.rayleigh - here.aerosol];
-        for (what, (found, expected)) in [Met::Molecule, Met::Particle, Met::Absorber].iter().zip(met.iter().zip(expected)) {
+        for (what, (found, expected)) in
+            [Met::Molecule, Met::Particle, Met::Absorber].iter().zip(met.iter().zip(expected))
+        {
             let (found, exact) = (found / all, expected / here.extinction);
             assert!((found - exact).abs() < 0.008, "{what:?}: {found}, not {exact}");
         }

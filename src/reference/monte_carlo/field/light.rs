@@ -1,7 +1,7 @@
 //! Photons of one colour, followed until their light is known well enough.
 
 use super::maps::{FluxMap, MapEstimate};
-use super::photon::Tracer;
+use super::photon::{ABOVE, Tracer};
 use super::problem::FieldProblem;
 use super::tally::{End, Tally};
 use crate::reference::monte_carlo::error::{MonteCarloError, check};
@@ -59,7 +59,7 @@ impl FieldLight {
 }
 
 /// Follows photons through the clouds and counts them on `side` x `side` texels. `effort.photons` is rounded down to
-/// whole batches. Ends early when the mean standard error of the texels of the map `goal` is at most
+/// whole batches; with air eight times as many come in, of which one in eight goes on below the highest top. Ends early when the mean standard error of the texels of the map `goal` is at most
 /// `effort.relative_error` times the mean of the map, and at the time limit, though not before one batch is done.
 /// `progress` hears fractions 0..=1 of the photons, from any thread. All cores work; the result is the same bits for the
 /// same seed whatever their number, unless the time limit ends the run.
@@ -81,7 +81,7 @@ pub fn trace(
     let incident = sun + PI * problem.sky_radiance;
     let mut tally = Tally::new(side);
     let batches = BATCHES.min(effort.photons.max(2));
-    let batch_photons = effort.photons.max(2) / batches;
+    let batch_photons = effort.photons.max(2) / batches * if problem.air.is_some() { ABOVE } else { 1 };
     let mut photons = 0;
     if incident > 0.0 {
         let tracer = Tracer::new(problem, sun / incident)?;

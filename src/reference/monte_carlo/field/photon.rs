@@ -20,7 +20,7 @@ const CHUNK: u64 = 1024;
 const LEAST_SLOPE: f64 = 1e-6;
 /// Photons above the highest top for each below it, where there is air: there they cost little, and scatter seldom. On the
 /// way down one of so many goes on and counts as all of them, on the way up it is divided.
-const ABOVE: u64 = 4;
+pub(super) const ABOVE: u64 = 8;
 
 /// What happened last to a photon.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -42,6 +42,32 @@ struct Photon {
     edge: usize,
     /// As how many it counts.
     count: u64,
+    /// Whether it has never been below the highest top.
+    entering: bool,
+}
+
+/// What a thread has at hand while it follows some photons.
+struct Work<'a> {
+    counts: &'a Counts,
+    random: Random,
+    /// Parts of photons that are still to be followed.
+    waiting: Vec<Photon>,
+    /// Which of the next [`ABOVE`] photons that enter goes on.
+    next: u64,
+    cancelled: &'a AtomicBool,
+}
+
+impl Work<'_> {
+    /// Whether a photon goes on down through the highest top: one of [`ABOVE`]. Of those that enter it is one in every so
+    /// many, as what becomes of them does not change who enters next; of others that would not be fair, and it is by chance.
+    fn goes_on(&mut self, entering: bool) -> bool {
+        if !entering {
+            return self.random.uniform() * (ABOVE as f64) < 1.0;
+        }
+        let goes_on = self.next == 0;
+        self.next = if goes_on { ABOVE - 1 } else { self.next - 1 };
+        goes_on
+    }
 }
 
 /// A problem made ready.
@@ -87,34 +113,40 @@ impl Tracer {
         let squares = counts.photons.isqrt();
         let reached = AtomicU64::new(0);
         (0..counts.photons.div_ceil(CHUNK)).into_par_iter().for_each(|chunk| {
-            let mut random = Random::new(seed, (batch << 40) | chunk);
+            let random = Random::new(seed, (batch << 40) | chunk);
             let numbers = chunk * CHUNK..counts.photons.min((chunk + 1) * CHUNK);
             let count = numbers.end - numbers.start;
-            let mut waiting = Vec::new();
+            let mut work = Work { counts, random, waiting: Vec::new(), next: 0, cancelled };
+            if self.medium.air().is_some() {
+                work.next = (work.random.uniform() * ABOVE as f64) as u64;
+            }
             for number in numbers {
                 if cancelled.load(Ordering::Relaxed) {
                     return;
                 }
-                let inside = [random.uniform(), random.uniform()];
+                let inside = [work.random.uniform(), work.random.uniform()];
                 let (square, parts) = if number < squares * squares {
                     ([number % squares, number / squares], squares)
                 } else {
                     ([0, 0], 1)
                 };
                 let start = [0, 1].map(|i| (square[i] as f64 + inside[i]) / parts as f64 * self.extent_m);
-                let mut photon = self.enter(start, &mut random);
-                if self.cross(&mut photon, &mut waiting, counts, &mut random) {
-                    waiting.push(photon);
-                }
-                while let Some(mut photon) = waiting.pop() {
-                    while self.fly(&mut photon, counts, &mut random, cancelled)
-                        && self.cross(&mut photon, &mut waiting, counts, &mut random)
-                    {}
-                }
+                self.follow(start, &mut work);
             }
             let done = reached.fetch_add(count, Ordering::Relaxed) + count;
             progress(done as f64 / counts.photons as f64);
         });
+    }
+
+    /// Follows one photon from above `start`, metres east and south, and all its parts.
+    fn follow(&self, start: [f64; 2], work: &mut Work<'_>) {
+        let mut photon = self.enter(start, &mut work.random);
+        if self.cross(&mut photon, work) {
+            work.waiting.push(photon);
+        }
+        while let Some(mut photon) = work.waiting.pop() {
+            while self.fly(&mut photon, work) && self.cross(&mut photon, work) {}
+        }
     }
 
     /// One photon from above `start`, metres east and south.
@@ -126,17 +158,17 @@ impl Tracer {
         } else {
             (-lambertian(random), Last::Other)
         };
-        Photon { place, direction, last, edge, count: 1 }
+        Photon { place, direction, last, edge, count: 1, entering: true }
     }
 
     /// Counts a photon at its edge, and tells whether it goes on from there. Of those that go up through the highest top
-    /// into air, all parts but one are left to `waiting`.
-    fn cross(&self, photon: &mut Photon, waiting: &mut Vec<Photon>, counts: &Counts, random: &mut Random) -> bool {
+    /// into air, all parts but one are left for later.
+    fn cross(&self, photon: &mut Photon, work: &mut Work<'_>) -> bool {
         let (last_edge, top_edge) = (self.medium.edges_m.len() - 1, self.medium.top_edge);
         let (up, direct) = (photon.direction.z > 0.0, photon.last == Last::Sun);
         let number = photon.count;
         let count = |map: FluxMap, place: DVec3| {
-            counts.count(map, place.x / self.extent_m, place.y / self.extent_m, number);
+            work.counts.count(map, place.x / self.extent_m, place.y / self.extent_m, number);
         };
         if photon.edge == self.medium.base_edge {
             let down = if direct { FluxMap::BaseDirect } else { FluxMap::BaseDiffuse };
@@ -153,26 +185,27 @@ impl Tracer {
             }
         }
         if up && photon.edge == last_edge {
-            counts.end(End::Space, number);
+            work.counts.end(End::Space, number);
             return false;
         }
         if !up && photon.edge == 0 {
             count(if direct { FluxMap::GroundDirect } else { FluxMap::GroundDiffuse }, photon.place);
-            if random.uniform() >= self.ground_albedo.at(photon.place.x, photon.place.y) {
-                counts.end(End::Ground, number);
+            if work.random.uniform() >= self.ground_albedo.at(photon.place.x, photon.place.y) {
+                work.counts.end(End::Ground, number);
                 return false;
             }
-            photon.direction = lambertian(random);
+            photon.direction = lambertian(&mut work.random);
             photon.last = Last::Other;
             // Up through the edge on the ground as well, where that is the base.
-            return self.cross(photon, waiting, counts, random);
+            return self.cross(photon, work);
         }
         if photon.edge == top_edge && top_edge < last_edge {
             if up {
                 photon.count /= ABOVE;
-                waiting.extend((1..ABOVE).map(|_| *photon));
-            } else if random.uniform() * (ABOVE as f64) < 1.0 {
+                work.waiting.extend((1..ABOVE).map(|_| *photon));
+            } else if work.goes_on(photon.entering) {
                 photon.count *= ABOVE;
+                photon.entering = false;
             } else {
                 return false;
             }
@@ -181,14 +214,15 @@ impl Tracer {
     }
 
     /// Flies into the band above or below until an edge is reached; false if none is.
-    fn fly(&self, photon: &mut Photon, counts: &Counts, random: &mut Random, cancelled: &AtomicBool) -> bool {
+    fn fly(&self, photon: &mut Photon, work: &mut Work<'_>) -> bool {
+        let random = &mut work.random;
         let band = if photon.direction.z > 0.0 { photon.edge } else { photon.edge - 1 };
         loop {
             match self.medium.fly(band, &mut photon.place, photon.direction, random) {
                 Flight::Edge => break,
                 Flight::Collision(layer) => {
                     if random.uniform() >= self.albedo[layer] {
-                        counts.end(End::Cloud, photon.count);
+                        work.counts.end(End::Cloud, photon.count);
                         return false;
                     }
                     photon.place = self.wrapped(photon.place);
@@ -198,7 +232,7 @@ impl Tracer {
                 Flight::Air(met) => {
                     let air = self.medium.air();
                     let Some(direction) = air.and_then(|air| air.scatter(met, photon.direction, random)) else {
-                        counts.end(End::Air, photon.count);
+                        work.counts.end(End::Air, photon.count);
                         return false;
                     };
                     photon.place = self.wrapped(photon.place);
@@ -206,7 +240,7 @@ impl Tracer {
                     photon.last = Last::Other;
                 }
             }
-            if cancelled.load(Ordering::Relaxed) {
+            if work.cancelled.load(Ordering::Relaxed) {
                 return false;
             }
         }
