@@ -49,7 +49,7 @@ impl Air {
             profile.at(low_m).extinction + medium.ozone_depth * OZONE_PEAK_PER_M * OZONE_PEAK_PER_M * rising_m
         });
         let values = grid_deg().iter().map(|angle| (medium.aerosol.phase)(angle.to_radians().cos())).collect();
-        let phase = PhaseFunction::from_grid_values(values).map_err(|_| MonteCarloError::AerosolPhase)?;
+        let phase = PhaseFunction::from_grid_values(values).map_err(|_refused| MonteCarloError::AerosolPhase)?;
         Ok(Self { profile, edges_m, greatest_per_m, particles: Scattering::new(&phase) })
     }
 
