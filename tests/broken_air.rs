@@ -1,5 +1,5 @@
-//! Broken clouds in air: the renderer's light on the ground against Monte Carlo in three dimensions (`data/broken_air`), and that
-//! those data are still what the tracer gives.
+//! Broken clouds in air: the renderer's light on the ground against Monte Carlo in three dimensions (`data/broken_air`),
+//! and that those data are still what the tracer gives.
 #![allow(clippy::unwrap_used, clippy::expect_used, reason = "a test stops where it fails")]
 #![allow(clippy::print_stdout, reason = "how far each comparison is off")]
 
@@ -84,8 +84,8 @@ struct Off {
     pattern: f64,
 }
 
-/// What is found today, and a little more: there is no air between clouds and ground yet, and none inside clouds. To be lowered
-/// when the renderer becomes better; never raised.
+/// What is found today, and a little more: there is no air between clouds and ground yet, and none inside clouds. To be
+/// lowered when the renderer becomes better; never raised.
 const FOUND: [Off; 8] = [
     Off { scene: "clear_30", component: "direct", mean: 0.112, pattern: 0.046 },
     Off { scene: "clear_30", component: "diffuse", mean: 0.085, pattern: 0.053 },

@@ -90,8 +90,8 @@ impl Deviations {
         self.0.push(off);
     }
 
-    /// A steady difference is a fault, and so are errors that are not those found. The maps of one run are not independent of each
-    /// other: some 20 of them count.
+    /// A steady difference is a fault, and so are errors that are not those found. The maps of one run are not
+    /// independent of each other: some 20 of them count.
     fn check(&self) {
         let count = self.0.len() as f64;
         let mean = self.0.iter().sum::<f64>() / count;

@@ -20,8 +20,8 @@ pub const MAX_SIDE: usize = 4096;
 /// Where the light goes.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FieldLight {
-    /// Irradiance on a level square above the clouds, and above the air if there is any, in the unit of the problem's light: what all other numbers are
-    /// fractions of. Where it is 0, so are they.
+    /// Irradiance on a level square above the clouds, and above the air if there is any, in the unit of the problem's
+    /// light: what all other numbers are fractions of. Where it is 0, so are they.
     pub incident: f64,
     /// Absorbed by the ground.
     pub absorbed_by_ground: Estimate,
@@ -59,7 +59,8 @@ impl FieldLight {
 }
 
 /// Follows photons through the clouds and counts them on `side` x `side` texels. `effort.photons` is rounded down to
-/// whole batches; with air eight times as many come in, of which one in eight goes on below the highest top. Ends early when the mean standard error of the texels of the map `goal` is at most
+/// whole batches; with air eight times as many come in, of which one in eight goes on below the highest top. Ends early
+/// when the mean standard error of the texels of the map `goal` is at most
 /// `effort.relative_error` times the mean of the map, and at the time limit, though not before one batch is done.
 /// `progress` hears fractions 0..=1 of the photons, from any thread. All cores work; the result is the same bits for the
 /// same seed whatever their number, unless the time limit ends the run.

@@ -58,8 +58,9 @@ struct Work<'a> {
 }
 
 impl Work<'_> {
-    /// Whether a photon goes on down through the highest top: one of [`ABOVE`]. Of those that enter it is one in every so
-    /// many, as what becomes of them does not change who enters next; of others that would not be fair, and it is by chance.
+    /// Whether a photon goes on down through the highest top: one of [`ABOVE`]. Of those that enter it is one in every
+    /// so many, as what becomes of them does not change who enters next; of others that would not be fair, and it is by
+    /// chance.
     fn goes_on(&mut self, entering: bool) -> bool {
         if !entering {
             return self.random.uniform() * (ABOVE as f64) < 1.0;
