@@ -263,6 +263,7 @@ fn two_layers_agree_with_monte_carlo() {
             towards_sun: [sine * azimuth.sin(), sine * azimuth.cos(), cosine],
             sun_irradiance: 90.0,
             sky_radiance: 4.0,
+            air: None,
         };
         let effort = Effort::photons(600_000, 5);
         let light = trace(&problem, SIDE, FluxMap::Ground, &effort, &|_| (), &AtomicBool::new(false)).unwrap();

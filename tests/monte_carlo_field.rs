@@ -51,7 +51,15 @@ fn layer<'a>(thickness: &'a Map, phase: &'a PhaseFunction) -> Layer<'a> {
 }
 
 fn problem<'a>(layers: &'a [Layer<'a>], ground_albedo: &'a Map, towards_sun: [f64; 3]) -> FieldProblem<'a> {
-    FieldProblem { layers, ground_albedo, extent_m: 3200.0, towards_sun, sun_irradiance: 1.0, sky_radiance: 0.0 }
+    FieldProblem {
+        layers,
+        ground_albedo,
+        extent_m: 3200.0,
+        towards_sun,
+        sun_irradiance: 1.0,
+        sky_radiance: 0.0,
+        air: None,
+    }
 }
 
 fn run(problem: &FieldProblem<'_>, side: usize, photons: u64, seed: u64) -> FieldLight {
@@ -539,4 +547,29 @@ fn three_colours_are_three_runs() {
         assert!(squares < 1.35 * variance, "{squares} {variance}");
     }
     assert_eq!(direct.photons[2], 0, "blue has no sun");
+}
+
+/// All bits of the maps that there were before air was traced.
+fn fingerprint(light: &FieldLight) -> u64 {
+    let maps = ALL.map(|map| light.map(map));
+    let numbers = maps.iter().flat_map(|map| map.values.iter().chain(&map.standard_errors));
+    let ends = [light.absorbed_by_ground, light.absorbed_in_clouds].map(|e| [e.value, e.standard_error]);
+    // FNV-1a, by words.
+    let mix = |hash: u64, number: &f64| (hash ^ number.to_bits()).wrapping_mul(0x0100_0000_01b3);
+    numbers.chain(ends.iter().flatten()).fold(0xcbf2_9ce4_8422_2325, mix)
+}
+
+/// Light without air is to the bit what it was before the tracer knew air.
+#[test]
+fn without_air_not_a_bit_is_different() {
+    let (phase, ground, map) = (henyey_greenstein(0.85), Map::from_f32(2, 1, 1, &[0.2, 0.7]), height("broken"));
+    let high = height("overcast");
+    let layers = [
+        Layer { albedo: 0.99, ..layer(&map, &phase) },
+        Layer { base_m: 1300.0, extinction_per_m: 0.01, offset_uv: [0.3, 0.1], ..layer(&high, &phase) },
+    ];
+    let problem = FieldProblem { sky_radiance: 0.1, ..problem(&layers, &ground, sun(55.0, 205.0)) };
+    let without = FieldProblem { layers: &layers[..1], sky_radiance: 0.0, ..problem };
+    assert_eq!(fingerprint(&run(&problem, 16, 100_000, 21)), 0x9c83_1f24_204d_c7da);
+    assert_eq!(fingerprint(&run(&without, 5, 30_000, 22)), 0xd921_abf5_043d_d08b);
 }

@@ -172,6 +172,7 @@ fn at_sun(
         towards_sun,
         sun_irradiance: 1.0,
         sky_radiance: 0.0,
+        air: None,
     };
     let (effort, go_on) = (Effort::photons(photons, 1), AtomicBool::new(false));
     let exact = trace(&problem, SIDE, FluxMap::Ground, &effort, progress, &go_on)?;

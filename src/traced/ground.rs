@@ -8,13 +8,16 @@ use crate::job::{Job, RenderError, Watch};
 use crate::moment::Moment;
 use crate::reference::Map;
 use crate::reference::monte_carlo::field::{
-    FieldProblem, FluxMap, Irradiance, Layer, RgbLayer, RgbScene, irradiance, trace,
+    AirScene, FieldProblem, FluxMap, Irradiance, Layer, RgbLayer, RgbScene, colour, irradiance, trace, waves,
 };
 use crate::reference::monte_carlo::{Effort, MAX_OPTICAL_DEPTH, MonteCarloError};
 use crate::request::Component;
 use crate::scene::FieldError;
+use crate::tables::AirTables;
 use std::sync::atomic::{AtomicBool, Ordering};
 
+/// Lowest sun that is traced through air, degrees from the zenith.
+const LOWEST_SUN_DEG: f64 = 80.0;
 /// The standard error asked for in the mean over the texels, as a part of the request's tolerance.
 const SHARE_OF_TOLERANCE: f64 = 0.5;
 /// Photons of a texel at most, times the square of the relative error that is asked for: where less than a sixteenth of the
@@ -31,6 +34,7 @@ pub(crate) fn trace_ground(
 ) -> Result<Traced, RenderError> {
     let thickness: Vec<Map> = thickness.iter().map(Map::from).collect();
     check_depths(moment, &thickness)?;
+    check_sun(job)?;
     let layers: Vec<RgbLayer<'_>> = moment
         .layers
         .iter()
@@ -72,19 +76,19 @@ pub(crate) fn trace_ground(
             stop.store(true, Ordering::Release);
         }
     };
+    let run = Run { size: size as usize, effort, progress: &progress, stop: &stop };
     let found = match job.request().wanted.component() {
-        None => beam(&scene, size as usize, &effort, &progress, &stop),
+        None => beam(&scene, &run),
         Some(component) => {
             let map = match component {
                 Component::Total => FluxMap::Ground,
                 Component::Direct { .. } => FluxMap::GroundDirect,
                 Component::Diffuse { .. } => FluxMap::GroundDiffuse,
             };
-            let found = irradiance(&scene, map, size as usize, &effort, &progress, &stop);
-            found.map(|Irradiance { values, standard_errors, .. }| Traced {
-                data: values,
-                standard_error: standard_errors,
-            })
+            match job.air() {
+                Some(air) => in_air(&scene, air, light.nearness, map, &run),
+                None => run.irradiance(&scene, map),
+            }
         }
     };
     found.map_err(|error| match error {
@@ -109,14 +113,60 @@ fn check_depths(moment: &Moment, thickness: &[Map]) -> Result<(), RenderError> {
     if errors.is_empty() { Ok(()) } else { Err(RenderError::Invalid(errors)) }
 }
 
-/// The part of the sun's green light that arrives unscattered.
-fn beam(
-    scene: &RgbScene<'_>,
+/// Level air, which is what the tracer has, sends 1 % more light of the sky down than round air does under a high sun, and
+/// sunlight goes 3 % farther through it at 80 degrees. Farther down it is the request's fault: other methods take that.
+fn check_sun(job: &Job) -> Result<(), RenderError> {
+    let zenith_deg = job.illumination().towards_sun[2].clamp(-1.0, 1.0).acos().to_degrees();
+    if job.air().is_none() || job.request().wanted.component().is_none() || zenith_deg <= LOWEST_SUN_DEG {
+        return Ok(());
+    }
+    let detail = format!(
+        "reference takes air as level and follows light of suns at 0 to {LOWEST_SUN_DEG} degrees from the zenith; this one \
+         stands at {zenith_deg:.1}"
+    );
+    Err(RenderError::Invalid(vec![FieldError { pointer: "method".to_owned(), detail }]))
+}
+
+/// How a scene is traced.
+struct Run<'a> {
+    /// Texels a side.
     size: usize,
-    effort: &Effort,
-    progress: &(dyn Fn(f64) + Sync),
-    stop: &AtomicBool,
+    effort: Effort,
+    progress: &'a (dyn Fn(f64) + Sync),
+    stop: &'a AtomicBool,
+}
+
+impl Run<'_> {
+    /// Light on the ground under the scene's own light.
+    fn irradiance(&self, scene: &RgbScene<'_>, map: FluxMap) -> Result<Traced, MonteCarloError> {
+        let found = irradiance(scene, map, self.size, &self.effort, self.progress, self.stop)?;
+        let Irradiance { values, standard_errors, .. } = found;
+        Ok(Traced { data: values, standard_error: standard_errors })
+    }
+}
+
+/// Light on the ground of a scene with air; `nearness` is the sun's irradiance relative to that at its mean distance.
+fn in_air(
+    scene: &RgbScene<'_>,
+    air: &AirTables,
+    nearness: f64,
+    map: FluxMap,
+    run: &Run<'_>,
 ) -> Result<Traced, MonteCarloError> {
+    let scene = AirScene {
+        layers: scene.layers,
+        ground_albedo: scene.ground_albedo,
+        extent_m: scene.extent_m,
+        towards_sun: scene.towards_sun,
+        air: air.waves.each_ref().map(|wave| &wave.air.medium),
+    };
+    let found = colour(&waves(&scene, map, run.size, &run.effort, run.progress, run.stop)?, map);
+    let narrow = |values: Vec<f64>| values.into_iter().map(|value| (nearness * value) as f32).collect();
+    Ok(Traced { data: narrow(found.values), standard_error: narrow(found.standard_errors) })
+}
+
+/// The part of the sun's green light that arrives unscattered.
+fn beam(scene: &RgbScene<'_>, run: &Run<'_>) -> Result<Traced, MonteCarloError> {
     const GREEN: usize = 1;
     let layers: Vec<Layer<'_>> = scene.layers.iter().map(|layer| layer.of(GREEN)).collect();
     let problem = FieldProblem {
@@ -127,8 +177,9 @@ fn beam(
         towards_sun: scene.towards_sun,
         sun_irradiance: 1.0,
         sky_radiance: 0.0,
+        air: None,
     };
-    let light = trace(&problem, size, FluxMap::GroundDirect, effort, progress, stop)?;
+    let light = trace(&problem, run.size, FluxMap::GroundDirect, &run.effort, run.progress, run.stop)?;
     let map = light.map(FluxMap::GroundDirect);
     let narrow = |values: Vec<f64>| values.into_iter().map(|value| value as f32).collect();
     Ok(Traced { data: narrow(map.values), standard_error: narrow(map.standard_errors) })

@@ -16,6 +16,9 @@ pub enum MonteCarloError {
         /// Largest value allowed.
         to: f64,
     },
+    /// The aerosol's phase function has values that are negative or not finite, or nothing but zeros.
+    #[error("the phase function of the aerosol has values that are negative or not finite, or none above 0")]
+    AerosolPhase,
     /// The caller's flag was raised.
     #[error("cancelled")]
     Cancelled,

@@ -106,6 +106,14 @@ impl Scattering {
     }
 }
 
+/// A direction at an angle from another, at a random azimuth around it.
+pub(super) fn turned(direction: DVec3, cosine: f64, random: &mut Random) -> DVec3 {
+    let (side, up) = direction.any_orthonormal_pair();
+    let (sin_azimuth, cos_azimuth) = (TAU * random.uniform()).sin_cos();
+    let across = side * cos_azimuth + up * sin_azimuth;
+    (direction * cosine + across * (1.0 - cosine * cosine).max(0.0).sqrt()).normalize()
+}
+
 /// The first panel of each of `count` cells of 0..`last`.
 fn cells(panels: &[Panel], count: usize, last: f64, end: impl Fn(&Panel) -> f64) -> Vec<u16> {
     let first = |cell: usize| {

@@ -7,13 +7,13 @@ use glam::DVec3;
 
 use super::orders::{AirOrders, OUTCOMES};
 use super::paths::World;
-use super::phase::turned;
 use super::problem::{AirProblem, check_eye, eye};
 use super::tensor::Tensor;
 use crate::reference::monte_carlo::error::MonteCarloError;
 use crate::reference::monte_carlo::estimate::Effort;
 use crate::reference::monte_carlo::random::Random;
 use crate::reference::monte_carlo::run::{Watch, run};
+use crate::reference::monte_carlo::scattering::turned;
 
 /// Which way a level surface faces.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

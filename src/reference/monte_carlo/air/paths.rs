@@ -5,13 +5,13 @@ use std::f64::consts::PI;
 use glam::DVec3;
 
 use super::orders::{OUTCOMES, tally};
-use super::phase::turned;
 use super::problem::{AirProblem, PreparedAir};
 use super::ray::Ray;
 use super::tensor::Tensor;
 use crate::atmosphere::geometry::{PLANET_RADIUS_M, TOP_M};
 use crate::atmosphere::profile::{Coefficients, OZONE_CORNERS_M, OZONE_PEAK_PER_M};
 use crate::reference::monte_carlo::random::Random;
+use crate::reference::monte_carlo::scattering::turned;
 
 /// Half of the paths whose worth is below this part of that at their start end there, and the others count double.
 const FAINT: f64 = 0.05;

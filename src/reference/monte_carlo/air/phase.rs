@@ -1,11 +1,12 @@
 //! Draws directions from the aerosol's phase function.
 
-use std::f64::consts::{PI, TAU};
+use std::f64::consts::PI;
 
 use glam::DVec3;
 
 use crate::atmosphere::profile::Aerosol;
 use crate::reference::monte_carlo::random::Random;
+use crate::reference::monte_carlo::scattering::turned;
 
 /// Rings of scattering angle, 0.1 degrees each.
 const RINGS: usize = 1800;
@@ -55,14 +56,6 @@ impl<'a> AerosolPhase<'a> {
 /// Cosines at the edges of a ring.
 fn edges(ring: usize) -> [f64; 2] {
     [ring, ring + 1].map(|edge| (PI * edge as f64 / RINGS as f64).cos())
-}
-
-/// A direction at an angle from another, at a random azimuth around it.
-pub(super) fn turned(direction: DVec3, cosine: f64, random: &mut Random) -> DVec3 {
-    let (side, up) = direction.any_orthonormal_pair();
-    let (sin_azimuth, cos_azimuth) = (TAU * random.uniform()).sin_cos();
-    let across = side * cos_azimuth + up * sin_azimuth;
-    (direction * cosine + across * (1.0 - cosine * cosine).max(0.0).sqrt()).normalize()
 }
 
 #[cfg(test)]

@@ -2,8 +2,11 @@
 
 use glam::DVec3;
 
+use super::air::{Air, Met};
 use super::problem::{FieldProblem, Layer, greatest};
+use crate::atmosphere::geometry::TOP_M;
 use crate::reference::map::Map;
+use crate::reference::monte_carlo::error::MonteCarloError;
 use crate::reference::monte_carlo::random::Random;
 
 /// Most cells along a side of the grid of greatest heights.
@@ -97,15 +100,18 @@ struct Cloud {
     tops_m: Vec<f64>,
 }
 
-/// All that a photon can meet between ground and highest top.
+/// All that a photon can meet above the ground.
 #[derive(Debug)]
 pub(super) struct Medium {
     clouds: Vec<Cloud>,
-    /// Ground, bases and highest tops in ascending order: at least two heights. Between two of them, the same layers are
-    /// present everywhere or nowhere.
+    air: Option<Air>,
+    /// Ground, bases, highest tops and the end of the air, if there is air, in ascending order: at least two heights.
+    /// Between two of them, the same layers are present everywhere or nowhere.
     pub(super) edges_m: Vec<f64>,
     /// Which of the edges is the lowest base.
     pub(super) base_edge: usize,
+    /// Which is the highest top; the last one without air.
+    pub(super) top_edge: usize,
     /// The layers that reach each of the bands between edges.
     bands: Vec<Vec<usize>>,
     cells: usize,
@@ -117,12 +123,14 @@ pub(super) struct Medium {
 pub(super) enum Flight {
     /// By a collision in a layer.
     Collision(usize),
+    /// By a collision in the air.
+    Air(Met),
     /// At the edge above or below the band.
     Edge,
 }
 
 impl Medium {
-    pub(super) fn new(problem: &FieldProblem<'_>) -> Self {
+    pub(super) fn new(problem: &FieldProblem<'_>) -> Result<Self, MonteCarloError> {
         let extent_m = problem.extent_m;
         let highest_m = problem.layers.iter().map(|layer| greatest(layer.thickness)).fold(0.0, f64::max);
         let cells = (extent_m / (CELL_PART * highest_m)).clamp(1.0, MAX_CELLS) as usize;
@@ -140,20 +148,31 @@ impl Medium {
             // No cloud, and its base on the ground. Any height will do.
             edges_m.push(1.0);
         }
+        let top_edge = edges_m.len() - 1;
+        if problem.air.is_some() {
+            edges_m.push(TOP_M);
+        }
         let lowest_m = problem.layers.first().map_or(0.0, |layer| layer.base_m);
         let reaching = |band: &[f64]| {
             let present =
                 |layer: &Layer<'_>| layer.extinction_per_m > 0.0 && layer.base_m <= band[0] && band[1] <= top_m(layer);
             (0..problem.layers.len()).filter(|i| present(&problem.layers[*i])).collect()
         };
-        Self {
+        Ok(Self {
             clouds: problem.layers.iter().map(cloud).collect(),
+            air: problem.air.map(Air::new).transpose()?,
             base_edge: edges_m.partition_point(|edge| *edge < lowest_m),
+            top_edge,
             bands: edges_m.windows(2).map(reaching).collect(),
             edges_m,
             cells,
             cell_m: extent_m / cells as f64,
-        }
+        })
+    }
+
+    /// The air, if there is any.
+    pub(super) fn air(&self) -> Option<&Air> {
+        self.air.as_ref()
     }
 
     /// Flies from `place` (x east, y south, z up, metres) along the unit vector `direction`, whose z is not 0, inside a
@@ -161,14 +180,21 @@ impl Medium {
     pub(super) fn fly(&self, band: usize, place: &mut DVec3, direction: DVec3, random: &mut Random) -> Flight {
         let edge_m = self.edges_m[if direction.z > 0.0 { band + 1 } else { band }];
         let end_m = ((edge_m - place.z) / direction.z).max(0.0);
+        // Whichever comes first: the two are independent.
+        let in_air = self.air.as_ref().and_then(|air| air.fly(place.z, direction.z, end_m, random));
+        let free_m = in_air.map_or(end_m, |(way_m, _)| way_m);
         let collision =
-            if self.bands[band].is_empty() { None } else { self.collide(band, *place, direction, end_m, random) };
-        match collision {
-            Some((way_m, layer)) => {
+            if self.bands[band].is_empty() { None } else { self.collide(band, *place, direction, free_m, random) };
+        match (collision, in_air) {
+            (Some((way_m, layer)), _) => {
                 *place += direction * way_m;
                 Flight::Collision(layer)
             }
-            None => {
+            (None, Some((way_m, met))) => {
+                *place += direction * way_m;
+                Flight::Air(met)
+            }
+            (None, None) => {
                 *place += direction * end_m;
                 place.z = edge_m;
                 Flight::Edge

@@ -1,5 +1,7 @@
 //! Clouds, ground and light of one colour, and what of them is accepted.
 
+use crate::atmosphere::Medium;
+use crate::atmosphere::geometry::TOP_M;
 use crate::optics::PhaseFunction;
 use crate::reference::map::Map;
 use crate::reference::monte_carlo::error::{MonteCarloError, check};
@@ -11,6 +13,8 @@ pub const MAX_LAYERS: usize = 4;
 const MAX_HEIGHT_M: f64 = 1e6;
 /// Domains accepted, metres.
 const EXTENTS_M: (f64, f64) = (1e-3, 1e8);
+/// Scale heights of aerosol accepted, metres.
+const AEROSOL_SCALES_M: (f64, f64) = (1.0, 1e9);
 /// Irradiances and radiances accepted.
 const MAX_LIGHT: f64 = 1e30;
 
@@ -31,7 +35,7 @@ pub struct Layer<'a> {
     pub phase: &'a PhaseFunction,
 }
 
-/// Clouds, ground and light of one colour. Irradiances and radiances may be in any unit.
+/// Clouds, air, ground and light of one colour. Irradiances and radiances may be in any unit.
 #[derive(Clone, Copy, Debug)]
 pub struct FieldProblem<'a> {
     /// The layers, 1 to [`MAX_LAYERS`], in ascending order of their bases. Where they overlap, their extinctions add up.
@@ -44,8 +48,11 @@ pub struct FieldProblem<'a> {
     pub towards_sun: [f64; 3],
     /// Irradiance of the sun on a plane facing it, >= 0. The sun is a point.
     pub sun_irradiance: f64,
-    /// Radiance of the sky above the clouds, >= 0, the same in all directions.
+    /// Radiance of the sky above the clouds, and above the air if there is any, >= 0, the same in all directions.
     pub sky_radiance: f64,
+    /// Air around, below, between and inside the clouds, from the ground at sea level to [`TOP_M`], a metre below which
+    /// all clouds have to end. It is level: the Earth is not round.
+    pub air: Option<&'a Medium>,
 }
 
 impl FieldProblem<'_> {
@@ -70,7 +77,19 @@ impl FieldProblem<'_> {
         let length = self.towards_sun.iter().map(|part| part * part).sum::<f64>().sqrt();
         check("length of the direction to the sun", length, f64::MIN_POSITIVE, f64::MAX)?;
         check("irradiance of the sun", self.sun_irradiance, 0.0, MAX_LIGHT)?;
-        check("radiance of the sky", self.sky_radiance, 0.0, MAX_LIGHT)
+        check("radiance of the sky", self.sky_radiance, 0.0, MAX_LIGHT)?;
+        self.air.map_or(Ok(()), |air| self.check_air(air))
+    }
+
+    fn check_air(&self, air: &Medium) -> Result<(), MonteCarloError> {
+        for layer in self.layers {
+            check("top of a layer in air", layer.base_m + greatest(layer.thickness), 0.0, TOP_M - 1.0)?;
+        }
+        for depth in [air.rayleigh_depth, air.ozone_depth, air.aerosol.depth] {
+            check("optical depth of air", depth, 0.0, MAX_OPTICAL_DEPTH)?;
+        }
+        check("scale height of the aerosol", air.aerosol.scale_height_m, AEROSOL_SCALES_M.0, AEROSOL_SCALES_M.1)?;
+        check("albedo of the aerosol", air.aerosol.albedo, 0.0, 1.0)
     }
 
     /// Cosine of the sun's zenith angle; 0 below the horizon.

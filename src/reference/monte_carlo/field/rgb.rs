@@ -101,6 +101,7 @@ pub fn irradiance(
             sun_irradiance: scene.sun_irradiance[colour],
             // No photon of the sky is direct light.
             sky_radiance: if direct { 0.0 } else { scene.sky_radiance[colour] },
+            air: None,
         };
         let share = Effort {
             seed: effort.seed.wrapping_add(u64::from(c)),

@@ -13,24 +13,35 @@ pub(super) struct Counts {
     side: usize,
     /// [`COUNTED`] maps.
     texels: Vec<AtomicU64>,
-    ground: AtomicU64,
-    clouds: AtomicU64,
+    ends: [AtomicU64; ENDS],
 }
 
+/// How a photon ends.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum End {
+    /// Absorbed by the ground.
+    Ground,
+    /// Absorbed in a cloud.
+    Cloud,
+    /// Absorbed in the air.
+    Air,
+    /// Gone upwards.
+    Space,
+}
+
+const ENDS: usize = End::Space as usize + 1;
+
 impl Counts {
-    /// Counts a photon at a place in domains.
-    pub(super) fn count(&self, map: FluxMap, u: f64, v: f64) {
+    /// Counts photons at a place in domains.
+    pub(super) fn count(&self, map: FluxMap, u: f64, v: f64, photons: u64) {
         let texel = |place: f64| (((place - place.floor()) * self.side as f64) as usize).min(self.side - 1);
         let at = (map as usize * self.side + texel(v)) * self.side + texel(u);
-        self.texels[at].fetch_add(1, Ordering::Relaxed);
+        self.texels[at].fetch_add(photons, Ordering::Relaxed);
     }
 
-    pub(super) fn absorb_in_ground(&self) {
-        self.ground.fetch_add(1, Ordering::Relaxed);
-    }
-
-    pub(super) fn absorb_in_cloud(&self) {
-        self.clouds.fetch_add(1, Ordering::Relaxed);
+    /// Counts photons that end.
+    pub(super) fn end(&self, end: End, photons: u64) {
+        self.ends[end as usize].fetch_add(photons, Ordering::Relaxed);
     }
 }
 
@@ -69,8 +80,7 @@ pub(super) struct Tally {
     texels: Vec<Moments>,
     /// The maps' sums.
     totals: [Moments; MAPS],
-    ground: Moments,
-    clouds: Moments,
+    ends: [Moments; ENDS],
 }
 
 impl Tally {
@@ -80,8 +90,7 @@ impl Tally {
             batches: 0,
             texels: vec![Moments::default(); MAPS * side * side],
             totals: [Moments::default(); MAPS],
-            ground: Moments::default(),
-            clouds: Moments::default(),
+            ends: [Moments::default(); ENDS],
         }
     }
 
@@ -92,13 +101,13 @@ impl Tally {
             photons,
             side: self.side,
             texels: std::iter::repeat_with(AtomicU64::default).take(COUNTED * texels).collect(),
-            ground: AtomicU64::default(),
-            clouds: AtomicU64::default(),
+            ends: std::array::from_fn(|_| AtomicU64::default()),
         };
         work(&counts);
         self.batches += 1;
-        self.ground.add(counts.ground.into_inner());
-        self.clouds.add(counts.clouds.into_inner());
+        for (end, count) in self.ends.iter_mut().zip(&counts.ends) {
+            end.add(count.load(Ordering::Relaxed));
+        }
         let count = |map: FluxMap, texel: usize| counts.texels[map as usize * texels + texel].load(Ordering::Relaxed);
         let sum = |one, other| move |texel| count(one, texel) + count(other, texel);
         for map in [
@@ -110,6 +119,8 @@ impl Tally {
             FluxMap::Up,
             FluxMap::Column,
             FluxMap::ColumnNadir,
+            FluxMap::TopDirect,
+            FluxMap::TopDiffuse,
         ] {
             self.add_map(map, |texel| count(map, texel));
         }
@@ -157,12 +168,8 @@ impl Tally {
         self.totals[map as usize].estimate(self.batches, per(photons))
     }
 
-    pub(super) fn absorbed_by_ground(&self, photons: u64) -> Estimate {
-        self.ground.estimate(self.batches, per(photons))
-    }
-
-    pub(super) fn absorbed_in_clouds(&self, photons: u64) -> Estimate {
-        self.clouds.estimate(self.batches, per(photons))
+    pub(super) fn ended(&self, end: End, photons: u64) -> Estimate {
+        self.ends[end as usize].estimate(self.batches, per(photons))
     }
 }
 
