@@ -80,7 +80,7 @@ impl CoverLayer {
     fn reflectance(&self, channel: usize) -> f64 {
         let fluxes = &self.droplets.fluxes[channel];
         let depth = |column: &field::Column| column.thickness_m * self.extinction_per_m[channel];
-        self.columns.iter().map(|column| column.part * fluxes.diffuse(depth(column)).reflectance).sum()
+        self.columns.iter().map(|column| column.part * fluxes.reflectance_diffuse(depth(column))).sum()
     }
 
     fn cloud(&self, channel: usize) -> CloudLayer<'_> {

@@ -86,7 +86,7 @@ pub(crate) fn trace_ground(
                 Component::Diffuse { .. } => FluxMap::GroundDiffuse,
             };
             match job.air() {
-                Some(air) => in_air(&scene, air, light.nearness, map, &run),
+                Some(air) => in_air(&scene, &air.clear, light.nearness, map, &run),
                 None => run.irradiance(&scene, map),
             }
         }
