@@ -68,8 +68,9 @@ impl Job {
             return Err(RenderError::Invalid(found.errors));
         }
         let plan = Plan::new(&request);
-        let mixes = scene.mixes();
-        let air = match air_mix(&scene, &images, &plan)? {
+        let shown = request.texture().shows_the_scene();
+        let mixes = if shown { scene.mixes() } else { Vec::new() };
+        let air = match air_mix(&scene, &images, &plan)?.filter(|_| shown) {
             None => None,
             Some(mix) => Some(library.air(&mix, &|part| progress(part / (mixes.len() + 1) as f64))?),
         };

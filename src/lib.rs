@@ -55,7 +55,9 @@
 mod air_map;
 pub mod ambient;
 pub mod atmosphere;
+pub mod axes;
 pub mod chart;
+mod disc;
 pub mod encode;
 pub mod exchange;
 pub mod field;

@@ -55,7 +55,14 @@ fn metadata() -> Metadata {
         sun_direction: [-0.0, -0.6, 0.8],
         base_height_m: 1000.0,
         time_s: 123_456_789.1,
-        axes: "enu".to_owned(),
+        axes: Frame {
+            name: "enu".to_owned(),
+            words: "x east, y north, z up".to_owned(),
+            up: "+z".to_owned(),
+            handedness: "right".to_owned(),
+        },
+        left_azimuth_deg: None,
+        disc: None,
         scene: "0123abcd".to_owned(),
         version: "0.2.0+abc".to_owned(),
         white_luminance: Some(1000.0),
@@ -455,7 +462,7 @@ fn the_same_texture_gives_the_same_bytes_every_time() {
 }
 
 fn display(exposure_stops: f64, tonemap: Tonemap, depth: PictureDepth) -> Picture {
-    Picture::Display { exposure_stops, tonemap, depth }
+    Picture::Display { exposure: Exposure::Stops(exposure_stops), tonemap, depth }
 }
 
 /// A picture of 8 bits without a tone curve.

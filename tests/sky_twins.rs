@@ -306,7 +306,7 @@ fn view(layout: SphereLayout) -> SkyView {
 #[test]
 fn directions_are_those_of_the_host() {
     for layout in LAYOUTS {
-        let (view, sphere) = (view(layout), Sphere { layout, eye: [0.0; 3] });
+        let (view, sphere) = (view(layout), Sphere { layout, axes: Axes::Enu, eye: [0.0; 3] });
         let mut most = 0.0_f64;
         for y in 0..view.size[1] {
             for x in 0..view.size[0] {
