@@ -20,7 +20,7 @@ const RINGS: u32 = 256;
 const PLACES: u32 = 64;
 /// Parts of texels as large as this part of the radius show one radiance; at the edge they are smaller.
 const PART: f64 = 1.0 / 12.0;
-const EDGE_PART: f64 = 1.0 / 64.0;
+const EDGE_PART: f64 = 1.0 / 256.0;
 /// A part of a texel at the edge, of the texel, at most.
 const EDGE_PARTS: f64 = 1.0 / 16.0;
 /// Texels a side of the squares that are looked at as a whole, and places looked at on each.
@@ -152,9 +152,12 @@ impl Picture<'_> {
         for row in 0..LOOKS {
             let mut left: Option<[f64; 3]> = None;
             for column in 0..LOOKS {
-                let at = |corner: u32, step: u32| f64::from(corner) + f64::from(step * SQUARE) / f64::from(LOOKS - 1);
+                let at = |axis: usize, step: u32| {
+                    let side = SQUARE.min(self.size[axis] - corner[axis]);
+                    f64::from(corner[axis]) + f64::from(step * side) / f64::from(LOOKS - 1)
+                };
                 // Beside a disc that is the picture nothing is known.
-                let Some(place) = self.at(at(corner[0], column), at(corner[1], row)) else { return true };
+                let Some(place) = self.at(at(0, column), at(1, row)) else { return true };
                 nearest = nearest.min(distance(place, self.disc.towards));
                 for near in [left, before[column as usize]].into_iter().flatten() {
                     apart = apart.max(distance(place, near));
@@ -204,9 +207,9 @@ impl Picture<'_> {
             return TAU / f64::from(self.size[0]) * (sine(y) - sine(y + 1));
         }
         let [x, y] = [f64::from(x), f64::from(y)];
-        let across = [self.at(x, y), self.at(x + 1.0 - INSET, y + 1.0 - INSET)];
-        let wide = match across {
-            [Some(one), Some(other)] => distance(one, other),
+        // All corners of a texel may be one direction, as those of an octahedron of one.
+        let wide = match [0.0, 0.5, 1.0 - INSET].map(|step| self.at(x + step, y + step)) {
+            [Some(one), Some(middle), Some(other)] => distance(one, middle) + distance(middle, other),
             _ => 1.0,
         };
         // Sides of parts are nearly straight.

@@ -38,7 +38,7 @@
 //! | [`mod@slice`] | sun | tables as textures; the closure of the orders |
 //! | [`exchange`] | moment | light between layers of cloud, and between cloud and ground |
 //! | [`light`] | moment | sun, sky and ground light at cloud base and ground |
-//! | [`shade`] | request | the texture asked for, in its [`projection`] |
+//! | [`shade`] | request | the texture asked for, in its [`projection`] and [`axes`] |
 //! | [`encode`](mod@encode) | request | the bytes of a file |
 //!
 //! [`render`] runs them; only its pipeline knows this order. [`chart`] measures the methods against exact solutions and draws

@@ -252,10 +252,10 @@ pub const QUERY_PARAMETERS: &[QueryParameter] = &[
     },
     QueryParameter {
         name: "ev100",
-        values: "-20 to 30",
+        values: "-20 to 40",
         default: "none",
         meaning: "a fixed camera instead of `exposure`, where light is in cd/m2: 1.2 x 2^ev100 cd/m2 are white before `tonemap`",
-        read: |given, text| set(&mut given.ev100, Some(Some(number(text, -20.0, 30.0)?))),
+        read: |given, text| set(&mut given.ev100, Some(Some(number(text, -20.0, 40.0)?))),
         write: |request| match request.output {
             Output::Png(Picture::Display { exposure: Exposure::Ev100(ev100), .. }) => Some(ev100.to_string()),
             _ => None,
