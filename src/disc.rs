@@ -216,12 +216,16 @@ impl Picture<'_> {
         let parts = (wide / STRAIGHT).ceil().clamp(1.0, 64.0) as u32;
         let side = 1.0 / f64::from(parts);
         let part = |column: u32, row: u32| {
-            let at = |right: f64, down: f64| {
-                let place = |step: u32, by: f64| (f64::from(step) + by * (1.0 - INSET)) * side;
-                self.at(x + place(column, right), y + place(row, down))
+            // At the rim of a round picture only the middle may be in it: its surroundings stand for the part.
+            let within = |half: f64| {
+                let at = |right: f64, down: f64| {
+                    let place = |step: u32, by: f64| (f64::from(step) + 0.5 + by * half * (1.0 - INSET)) * side;
+                    self.at(x + place(column, right), y + place(row, down))
+                };
+                let [a, b, c, d] = [at(-1.0, -1.0)?, at(1.0, -1.0)?, at(1.0, 1.0)?, at(-1.0, 1.0)?];
+                Some((triangle(a, b, c) + triangle(a, c, d)) / (4.0 * half * half))
             };
-            let [a, b, c, d] = [at(0.0, 0.0)?, at(1.0, 0.0)?, at(1.0, 1.0)?, at(0.0, 1.0)?];
-            Some(triangle(a, b, c) + triangle(a, c, d))
+            within(0.5).or_else(|| within(0.01))
         };
         (0..parts).flat_map(|row| (0..parts).filter_map(move |column| part(column, row))).sum()
     }
