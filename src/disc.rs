@@ -42,7 +42,7 @@ pub(crate) struct Disc {
     /// Across it, radians; 0 is a point.
     pub(crate) diameter: f64,
     /// What air leaves of its light, at elevations (radians) spread evenly from its lower edge to its upper one, in any unit.
-    pub(crate) through: [[f64; 3]; Disc::LEVELS],
+    pub(crate) through: [[f64; 3]; Self::LEVELS],
     /// Sine of the elevation at which the ground ends.
     pub(crate) horizon: f64,
 }

@@ -5,7 +5,7 @@
 mod common;
 
 use common::sky::{Sky, hg_layer, mean};
-use exr::meta::attribute::{AttributeValue, EnvironmentMap};
+use exr::meta::attribute::{AttributeValue, EnvironmentMap, Text};
 use serde_json::{Value, json};
 use skyloom::projection::{Sphere, SphereLayout};
 use skyloom::render::{Texture, Watch, encode};
@@ -251,7 +251,7 @@ fn files_tell_directions_in_their_axes() {
             let file = encode(&made, &job).unwrap();
             let meta = exr::meta::MetaData::read_from_buffered(&file.bytes[..], true).unwrap();
             let own = &meta.headers[0].own_attributes;
-            let found = |name: &str| own.other.iter().find(|(key, _)| key.to_string() == name).map(|(_, value)| value);
+            let found = |name: &str| own.other.get(&Text::from(name));
             let told = |name: &str| match found(name) {
                 Some(AttributeValue::FloatVec3((x, y, z))) => [*x, *y, *z].map(f64::from),
                 other => panic!("{name}: {other:?}"),
