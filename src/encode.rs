@@ -14,10 +14,10 @@ mod precision;
 
 pub use self::encoded::Encoded;
 pub use self::error::{At, EncodeError};
-pub use self::metadata::{Metadata, Place};
+pub use self::metadata::{Frame, Metadata, Place};
 pub use self::openexr::{Depth, to_exr};
 pub use self::output::{Alpha, Format, Linear, Output};
-pub use self::picture::{Picture, PictureDepth, Tonemap, to_png};
+pub use self::picture::{Exposure, METERED_GREY, Picture, PictureDepth, Tonemap, metered_white, to_png};
 pub use self::pixels::Pixels;
 
 /// The bytes of a file. `white` is the linear value that a picture for eyes shows as white at exposure 0, above 0.

@@ -102,7 +102,12 @@ pub(crate) fn sky_view(sphere: &Sphere, detail: SkyDetail, size: [u32; 2]) -> Sk
         ..SkyView::default()
     };
     match sphere.layout {
-        SphereLayout::Equirect | SphereLayout::Octahedral | SphereLayout::Cube => whole,
+        SphereLayout::Octahedral => whole,
+        SphereLayout::Equirect => SkyView { first_turn: sphere.axes.left_turn() as f32, ..whole },
+        SphereLayout::Cube => {
+            let [axis_x, axis_y, axis_z] = sphere.axes.cube().map(single);
+            SkyView { axis_x, axis_y, axis_z, ..whole }
+        }
         SphereLayout::Fisheye { fov_deg } => SkyView { turns: (0.5 * fov_deg / 360.0) as f32, ..whole },
         SphereLayout::Camera { look_deg, fov_deg, aspect } => {
             let [axis_x, axis_y, axis_z] = camera_axes(look_deg).map(single);

@@ -1,11 +1,13 @@
 //! Light on a scene at a time: where the sun stands, its beam, and the sky. The only place that reads a scene's sun and light.
 
-use crate::atmosphere::{Moments, diffuse_fluxes};
+use crate::atmosphere::{Moments, diffuse_fluxes, geometry};
+use crate::disc::Disc;
 use crate::scene::quantity::Quantity as _;
 use crate::scene::{Atmosphere, Scene, SunStand, direction};
 use crate::scene_air::{AirBelow, CoverMoment, SceneAir};
 use crate::spectrum::rec709;
-use crate::sun::{Place, SunError, SunPosition, Utc};
+use crate::sun::{self, Place, SunError, SunPosition, Utc};
+use crate::tables::AirTables;
 use std::f64::consts::PI;
 use std::sync::Arc;
 
@@ -60,6 +62,41 @@ impl Illumination {
         }
     }
 
+    /// The sun's disc as an eye at a height sees it. In air it stands where refraction lifts it to; its light is the beam of the
+    /// sun where it truly stands, as all other light of the scene is.
+    pub(crate) fn disc(&self, scene: &Scene, air: Option<&AirTables>, eye_m: f64) -> Disc {
+        let horizon = -geometry::sin_dip(eye_m, 0.0);
+        let disc = Disc {
+            towards: self.towards_sun,
+            beam: self.beam,
+            beam_sets: false,
+            diameter: self.sun_diameter,
+            through: [[1.0; 3]; Disc::LEVELS],
+            horizon,
+        };
+        let Some(tables) = air else { return disc };
+        let altitude_m = match scene.sun.stand {
+            SunStand::Direction { .. } => 0.0,
+            SunStand::Over { place, .. } => place.altitude_m(),
+        };
+        let towards = lifted(self.towards_sun, sun::Air::at_altitude(altitude_m + eye_m));
+        let height_m = geometry::inside(eye_m, 0.0);
+        let beam = tables.waves.each_ref().map(|wave| wave.air.disc_transmittance(height_m, self.towards_sun[2]));
+        let through = |level: usize| {
+            let elevation = Disc::level(towards[2].asin(), self.sun_diameter, level);
+            let cosine = elevation.sin().max(horizon + 1e-9);
+            rec709(tables.waves.each_ref().map(|wave| wave.air.depth.transmittance(height_m, cosine)))
+                .map(|value| value.max(0.0))
+        };
+        Disc {
+            towards,
+            beam: rec709(beam).map(|value| self.nearness * value.max(0.0)),
+            beam_sets: true,
+            through: std::array::from_fn(through),
+            ..disc
+        }
+    }
+
     /// Cosine of the sun's zenith angle, at least 0.
     pub fn cosine(&self) -> f64 {
         self.towards_sun[2].max(0.0)
@@ -111,6 +148,14 @@ impl AirLight {
             cover: Some(cover),
         }
     }
+}
+
+/// Where the sun appears through air, for a unit vector towards it (east, north, up).
+fn lifted([east, north, up]: [f64; 3], air: sun::Air) -> [f64; 3] {
+    let elevation_deg = up.clamp(-1.0, 1.0).asin().to_degrees();
+    let (sine, cosine) = (elevation_deg + air.refraction_deg(elevation_deg)).min(90.0).to_radians().sin_cos();
+    let level = east.hypot(north).max(f64::MIN_POSITIVE);
+    [cosine * east / level, cosine * north / level, sine]
 }
 
 /// Unit vector towards the sun (east, north, up), without refraction, and its irradiance relative to that at its mean distance.

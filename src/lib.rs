@@ -39,7 +39,7 @@
 //! | [`mod@slice`] | sun | tables as textures; the closure of the orders |
 //! | [`exchange`] | moment | light between layers of cloud, and between cloud and ground |
 //! | [`light`] | moment | sun, sky and ground light at cloud base and ground |
-//! | [`shade`] | request | the texture asked for, in its [`projection`] |
+//! | [`shade`] | request | the texture asked for, in its [`projection`] and [`axes`] |
 //! | [`encode`](mod@encode) | request | the bytes of a file |
 //!
 //! [`render`] runs them; only its pipeline knows this order. [`chart`] measures the methods against exact solutions and draws
@@ -56,8 +56,10 @@
 mod air_map;
 pub mod ambient;
 pub mod atmosphere;
+pub mod axes;
 pub mod chart;
 pub mod cover;
+mod disc;
 pub mod encode;
 pub mod exchange;
 pub mod field;

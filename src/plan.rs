@@ -158,6 +158,10 @@ impl Plan {
         let mut choices = Vec::new();
         let mut add =
             |stage, choice: String, reason: String, error| choices.push(Choice { stage, choice, reason, error });
+        if !request.texture().shows_the_scene() {
+            add("draw", "marks and a grid of degrees".to_owned(), "a test picture of directions".to_owned(), 0.0);
+            return choices;
+        }
         if scene.layers.is_empty() && request.wanted.sphere().is_some() {
             add("sky", "the ground and the sky".to_owned(), "there are no clouds".to_owned(), 0.0);
             return choices;

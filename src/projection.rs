@@ -4,6 +4,7 @@
 //! which ray each of them has. `shaders/shared/projection.wgsl` follows the rays on the device, and
 //! [`crate::reference::projection`] is its twin.
 
+use crate::axes::Axes;
 use crate::scene::direction;
 use std::f64::consts::{PI, TAU};
 
@@ -86,6 +87,8 @@ impl Plane {
 pub struct Sphere {
     /// How directions become texels.
     pub layout: SphereLayout,
+    /// The frame that an equirectangular picture and a cube are laid out in; the others know up and north alone.
+    pub axes: Axes,
     /// Place of the eye, metres (east, north, up).
     pub eye: [f64; 3],
 }
@@ -93,12 +96,13 @@ pub struct Sphere {
 /// How directions become texels.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum SphereLayout {
-    /// Columns are azimuths, rows elevations from straight up to straight down: twice as wide as high. The left edge is
-    /// north, and east lies at a quarter.
+    /// Columns are azimuths, rows elevations from straight up to straight down: twice as wide as high. In `enu` axes the left
+    /// edge is north, and east lies at a quarter.
     Equirect,
     /// A square: the middle is up, the corners are down; to the right is east, to the top north.
     Octahedral,
-    /// Six squares one below the other: east, west, north, south, up, down, by the Khronos table for x, y, z.
+    /// Six squares one below the other: +x, -x, +y, -y, +z, -z of the axes by the Khronos table; in `enu` axes east, west,
+    /// north, south, up, down.
     Cube,
     /// A disc: equal angles from the middle, which is up; to the right is east, to the top north.
     Fisheye {
@@ -138,6 +142,16 @@ impl SphereLayout {
 }
 
 impl Sphere {
+    /// The first of all axes in which the picture is the same.
+    pub fn plainest_axes(&self) -> Axes {
+        let same = |axes: &Axes| match self.layout {
+            SphereLayout::Equirect => axes.left_turn() == self.axes.left_turn(),
+            SphereLayout::Cube => axes.cube() == self.axes.cube(),
+            SphereLayout::Octahedral | SphereLayout::Fisheye { .. } | SphereLayout::Camera { .. } => true,
+        };
+        Axes::ALL.into_iter().find(same).unwrap_or(self.axes)
+    }
+
     /// Unit vector (east, north, up) seen at a place of a picture of so many texels, the place counted in texels from the upper
     /// left corner; `None` where the picture shows nothing.
     pub fn direction(&self, [x, y]: [f64; 2], [across, down]: [u32; 2]) -> Option<[f64; 3]> {
@@ -145,7 +159,8 @@ impl Sphere {
         let (right, top) = (2.0 * place[0] - 1.0, 1.0 - 2.0 * place[1]);
         let vector = match self.layout {
             SphereLayout::Equirect => {
-                let ((east, north), (up, level)) = ((TAU * place[0]).sin_cos(), (0.5 * PI * top).sin_cos());
+                let turn = self.axes.left_turn() + place[0];
+                let ((east, north), (up, level)) = ((TAU * turn).sin_cos(), (0.5 * PI * top).sin_cos());
                 [level * east, level * north, up]
             }
             SphereLayout::Octahedral => {
@@ -156,14 +171,16 @@ impl Sphere {
             SphereLayout::Cube => {
                 let face = (6.0 * place[1]).floor().clamp(0.0, 5.0);
                 let down = 2.0 * (6.0 * place[1] - face) - 1.0;
-                match face as u32 {
+                let along = match face as u32 {
                     0 => [1.0, -down, -right],
                     1 => [-1.0, -down, right],
                     2 => [right, 1.0, down],
                     3 => [right, -1.0, -down],
                     4 => [right, -down, 1.0],
                     _ => [-right, -down, -1.0],
-                }
+                };
+                let axes = self.axes.cube();
+                std::array::from_fn(|i| (0..3).map(|axis| along[axis] * axes[axis][i]).sum())
             }
             SphereLayout::Fisheye { fov_deg } => {
                 let out = right.hypot(top);

@@ -4,6 +4,7 @@
 //! `file` makes of a texture the bytes of a file; `stages` reads a run back for tests.
 
 mod clear;
+mod compass;
 mod file;
 mod kept;
 mod keys;
@@ -15,7 +16,9 @@ pub use crate::job::{Fault, Images, Job, RenderError, Texture, Watch};
 pub use file::encode;
 pub use stages::{SkyStages, Stages};
 
+use crate::encode::{Exposure, Output, Picture, metered_white};
 use crate::gpu::{AdapterSummary, Gpu, GpuError};
+use crate::illumination::Illumination;
 use crate::request::{Cloud, Format, Method, Request, Sky, TextureKind, Wanted};
 use crate::scene::Scene;
 use crate::tables::TableLibrary;
@@ -104,7 +107,10 @@ impl Renderer {
         let illumination = job.illumination();
         let mut clock = Clock::default();
         let [width, height] = request.texels(job.scene());
-        let (texels, plane_m, deepest_m) = if job.scene().layer_count() == 0 && request.wanted.sphere().is_none() {
+        let (texels, plane_m, deepest_m) = if let Wanted::Compass(sphere) = &request.wanted {
+            let draw = || compass::texels(sphere, [width, height], illumination.towards_sun, watch);
+            (Texels { data: clock.time("draw", draw)?, standard_error: None }, 0.0, 0.0)
+        } else if job.scene().layer_count() == 0 && request.wanted.sphere().is_none() {
             let texel = clear::texel(&request.wanted, illumination);
             let data = texel.repeat(width as usize * height as usize);
             (Texels { data, standard_error: None }, 0.0, 0.0)
@@ -118,8 +124,7 @@ impl Renderer {
         let channels = request.texture().channels();
         request.output.finish(width, channels, &mut data, standard_error.as_deref_mut())?;
         self.pipeline.gpu.check()?;
-        let brightest = illumination.total().into_iter().fold(0.0, f64::max);
-        let white = request.texture().white(brightest, deepest_m.into()) as f32;
+        let white = white(request, &illumination, &data, deepest_m.into()) as f32;
         Ok(Texture { width, height, channels, data, standard_error, white, plane_m, timings: clock.timings })
     }
 
@@ -127,14 +132,27 @@ impl Renderer {
     /// tests and charts.
     ///
     /// # Errors
-    /// As [`Renderer::render`]; a scene without clouds has no stages.
+    /// As [`Renderer::render`]; a texture without clouds has no stages.
     pub fn inspect(&mut self, job: &Job, watch: &Watch) -> Result<Stages, RenderError> {
-        if job.scene().layer_count() == 0 {
-            return Err(RenderError::Defect("a scene without clouds has no stages"));
+        if job.scene().layer_count() == 0 || !job.request().texture().shows_the_scene() {
+            return Err(RenderError::Defect("a texture without clouds has no stages"));
         }
         self.pipeline.gpu.recording.begin();
         let run = self.pipeline.run(job, watch, Keep::Stages, &mut Clock::default());
         let passes = self.pipeline.gpu.recording.end();
         stages::read(&mut self.pipeline, job, watch, run?, passes)
+    }
+}
+
+/// The value that a picture of a texture shows as white at exposure 0. `data` is finished.
+fn white(request: &Request, light: &Illumination, data: &[f32], deepest_m: f64) -> f64 {
+    let kind = request.texture();
+    let scene = || kind.white(light.total().into_iter().fold(0.0, f64::max), deepest_m);
+    match request.output {
+        Output::Png(Picture::Display { exposure: Exposure::Ev100(ev100), .. }) => kind.white_of_camera(ev100),
+        Output::Png(Picture::Display { exposure: Exposure::Auto, .. }) => {
+            metered_white(kind.channels().len(), data).unwrap_or_else(scene)
+        }
+        _ => scene(),
     }
 }

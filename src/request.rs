@@ -4,11 +4,13 @@
 //! same. What does not change the reply has no field here, so equal replies have equal requests and equal queries.
 //! [`QUERY_PARAMETERS`] is the one table of parameters, from which parsing, help, messages and documents come.
 
+mod given;
 mod parameters;
 mod query;
 mod texture_request;
 mod wanted;
 
+pub use crate::axes::Axes;
 pub use crate::encode::Format;
 pub use crate::method::{Method, Reference, Transport};
 pub use crate::projection::{Plane, Projection, Side, Sphere, SphereLayout, Viewer};

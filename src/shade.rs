@@ -61,8 +61,8 @@ pub(crate) fn band(
                 Some((method.shader(), binds))
             })
         }
-        // Its bands are made by `sky_band`.
-        TextureKind::Sky => None,
+        // The bands of one are made by `sky_band`, the other is drawn by the host.
+        TextureKind::Sky | TextureKind::Compass => None,
     };
     gpu.run(texture.name(), deadline, &passes.ok_or_else(|| early(texture.name()))?)?;
     gpu.read(&output, count, deadline)

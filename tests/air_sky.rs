@@ -7,6 +7,7 @@ mod common;
 use common::sky::{Sky, hg_layer};
 use serde_json::{Value, json};
 use skyloom::atmosphere::{View, march};
+use skyloom::axes::Axes;
 use skyloom::projection::{Sphere, SphereLayout};
 use skyloom::render::Texture;
 use skyloom::spectrum::rec709;
@@ -36,7 +37,7 @@ fn cloudy(zenith_deg: f64, atmosphere: Value, metres: f64) -> Value {
 /// Each texel with its direction (east, north, up) and solid angle.
 fn texels(texture: &Texture, eye: [f64; 3]) -> Vec<([f64; 3], f64, [f64; 3])> {
     let (width, height) = (texture.width, texture.height);
-    let sphere = Sphere { layout: SphereLayout::Equirect, eye };
+    let sphere = Sphere { layout: SphereLayout::Equirect, axes: Axes::Enu, eye };
     let texel = |i: usize| {
         let (x, y) = ((i as u32 % width) as f64 + 0.5, (i as u32 / width) as f64 + 0.5);
         let edge = |y: f64| (PI * (0.5 - y / f64::from(height))).sin();

@@ -11,8 +11,8 @@ use exr::prelude::{ReadChannels as _, ReadLayers as _, Text, Vec2};
 use half::f16;
 use proptest::prelude::*;
 use skyloom::encode::{
-    Alpha, At, Depth, EncodeError, Encoded, Format, Linear, Metadata, Output, Picture, PictureDepth, Pixels, Place,
-    Tonemap, encode, to_exr, to_f32, to_png,
+    Alpha, At, Depth, EncodeError, Encoded, Exposure, Format, Frame, Linear, Metadata, Output, Picture, PictureDepth,
+    Pixels, Place, Tonemap, encode, to_exr, to_f32, to_png,
 };
 use skyloom::image::{ImageEncoding, ImageLimits, decode};
 
@@ -55,7 +55,14 @@ fn metadata() -> Metadata {
         sun_direction: [-0.0, -0.6, 0.8],
         base_height_m: 1000.0,
         time_s: 123_456_789.1,
-        axes: "enu".to_owned(),
+        axes: Frame {
+            name: "enu".to_owned(),
+            words: "x east, y north, z up".to_owned(),
+            up: "+z".to_owned(),
+            handedness: "right".to_owned(),
+        },
+        left_azimuth_deg: None,
+        disc: None,
         scene: "0123abcd".to_owned(),
         version: "0.2.0+abc".to_owned(),
         white_luminance: Some(1000.0),
@@ -146,6 +153,8 @@ fn another_reader_finds_the_attributes() {
         direction: Some([40.0, 20.5]),
         eye: Some([0.5, -12_000.0, 14_000.0]),
         projection: Some("plane".to_owned()),
+        left_azimuth_deg: Some(270.0),
+        disc: Some(false),
         layer: Some(2),
         expected_error: Some(0.015_625),
         scale: 1000.0,
@@ -163,6 +172,7 @@ fn another_reader_finds_the_attributes() {
     assert_eq!(own.white_luminance, Some(1000.0));
     assert_eq!(own.adopted_neutral, Some(Vec2(0.3127, 0.3290)));
     assert_eq!(own.wrap_mode_name, text("periodic"));
+    assert_eq!(own.environment_map, Some(exr::meta::attribute::EnvironmentMap::LatitudeLongitude));
     assert_eq!(own.software_name, text("skyloom 0.2.0+abc"));
     assert_eq!(own.comments, text("radiance"));
     assert_eq!((own.latitude, own.longitude, own.altitude), (Some(52.5), Some(-13.25), Some(34.0)));
@@ -174,6 +184,8 @@ fn another_reader_finds_the_attributes() {
         ("baseHeight", "1000"),
         ("depth", "\"half\""),
         ("domainExtent", "20000.125"),
+        ("frame", "\"x east, y north, z up\""),
+        ("handedness", "\"right\""),
         ("origin", "(1.0, -2.0, 3.5)"),
         ("scale", "1000"),
         ("scene", "\"0123abcd\""),
@@ -183,14 +195,17 @@ fn another_reader_finds_the_attributes() {
         ("time", "123456790"),
         ("timeExact", "\"123456789.1\""),
         ("unit", "\"kcd/m2\""),
+        ("up", "\"+z\""),
         ("version", "\"0.2.0+abc\""),
     ];
     let applicable = [
         ("component", "\"diffuse\""),
         ("direction", "(40.0, 20.5)"),
+        ("disc", "\"false\""),
         ("expectedError", "0.015625"),
         ("eye", "(0.5, -12000.0, 14000.0)"),
         ("layer", "int 2"),
+        ("leftAzimuth", "270"),
         ("peak", "\"true\""),
         ("projection", "\"plane\""),
         ("view", "\"above\""),
@@ -455,7 +470,7 @@ fn the_same_texture_gives_the_same_bytes_every_time() {
 }
 
 fn display(exposure_stops: f64, tonemap: Tonemap, depth: PictureDepth) -> Picture {
-    Picture::Display { exposure_stops, tonemap, depth }
+    Picture::Display { exposure: Exposure::Stops(exposure_stops), tonemap, depth }
 }
 
 /// A picture of 8 bits without a tone curve.

@@ -29,7 +29,16 @@ fn scene(layers: usize) -> Scene {
 
 #[test]
 fn defaults_are_an_empty_query() {
-    for file in ["cloud.exr", "shadow.png", "irradiance.f32", "thickness.exr", "sky.exr"] {
+    for file in [
+        "cloud.exr",
+        "shadow.png",
+        "irradiance.f32",
+        "thickness.exr",
+        "sky.exr",
+        "sky.png",
+        "compass.exr",
+        "compass.png",
+    ] {
         let request = parse(file, &[]).unwrap();
         assert_eq!(text(&request), format!("{file}?"));
         // Spelled out they mean the same; what is no default has words for it.
@@ -70,6 +79,22 @@ fn equal_replies_have_one_query() {
                 &[("projection", "camera"), ("look", "360,0")],
             ],
         ),
+        // Pictures are the same in axes whose left edge is the same; only an EXR tells them apart.
+        ("sky.f32", &[&[("axes", "unity")], &[("axes", "unreal")]]),
+        ("sky.png", &[&[], &[("axes", "enu")], &[("axes", "godot")], &[("axes", "usd")], &[("disc", "false")]]),
+        ("sky.f32", &[&[("projection", "camera")], &[("projection", "camera"), ("axes", "three")]]),
+        (
+            "compass.png",
+            &[
+                &[("projection", "cube"), ("axes", "godot")],
+                &[("projection", "cube"), ("axes", "usd"), ("disc", "true")],
+            ],
+        ),
+        ("compass.f32", &[&[], &[("layer", "1")], &[("tolerance", "0.5")], &[("method", "reference")]]),
+        ("cloud.exr", &[&[], &[("axes", "unity")], &[("disc", "true")], &[("ev100", "3")]]),
+        // Parts of a whole are not metered.
+        ("shadow.png", &[&[], &[("exposure", "auto")], &[("ev100", "12")], &[("exposure", "0")]]),
+        ("cloud.png", &[&[("exposure", "auto")], &[("exposure", "auto"), ("axes", "three")]]),
         ("thickness.exr", &[&[], &[("tolerance", "0.5")], &[("method", "reference"), ("seed", "3")]]),
     ];
     for (file, spellings) in same {
@@ -97,6 +122,20 @@ fn different_replies_have_different_queries() {
                 &[("projection", "fisheye"), ("fov", "61")],
             ],
         ),
+        ("sky.exr", &[&[], &[("axes", "godot")], &[("axes", "usd")], &[("axes", "unity")], &[("axes", "unreal")]]),
+        ("sky.f32", &[&[], &[("axes", "unity")], &[("axes", "three")], &[("disc", "true")]]),
+        (
+            "compass.png",
+            &[
+                &[("projection", "cube")],
+                &[("projection", "cube"), ("axes", "unity")],
+                &[("projection", "cube"), ("axes", "unreal")],
+                &[("projection", "cube"), ("axes", "godot")],
+                &[("projection", "cube"), ("axes", "three")],
+                &[("eye", "0,0,3")],
+            ],
+        ),
+        ("cloud.png", &[&[], &[("exposure", "auto")], &[("ev100", "0")], &[("ev100", "1")], &[("exposure", "1")]]),
         ("irradiance.png", &[&[], &[("exposure", "1")], &[("tonemap", "none")], &[("encoding", "linear")]]),
     ];
     for (file, queries) in different {
@@ -159,6 +198,14 @@ fn errors_of_a_view_of_the_sky_name_the_field() {
         (&[("fov", "171"), ("projection", "camera")], "fov"),
         (&[("aspect", "0.09")], "aspect"),
         (&[("aspect", "NaN")], "aspect"),
+        (&[("axes", "Unity")], "axes"),
+        (&[("axes", "")], "axes"),
+        (&[("disc", "1")], "disc"),
+        (&[("exposure", "Auto")], "exposure"),
+        (&[("exposure", "21")], "exposure"),
+        (&[("ev100", "41")], "ev100"),
+        (&[("ev100", "auto")], "ev100"),
+        (&[("ev100", "3"), ("exposure", "0")], "ev100"),
         (&[("eye", "0,0")], "eye"),
         (&[("eye", "0,0,-1")], "eye"),
         (&[("eye", "0,0,100001")], "eye"),
@@ -212,6 +259,13 @@ fn parameter() -> impl Strategy<Value = (String, String)> {
         Just("cube"),
         Just("fisheye"),
         Just("camera"),
+        Just("auto"),
+        Just("true"),
+        Just("unity"),
+        Just("unity-builtin"),
+        Just("unreal"),
+        Just("three"),
+        Just("usd"),
     ];
     let value = prop_oneof![
         number.clone().prop_map(|number| number.to_string()),
@@ -247,4 +301,12 @@ proptest! {
         let again = Request::parse(texture, format, &written);
         prop_assert_eq!(again, Ok(request), "{:?}", written);
     }
+}
+
+/// Unknown axes are told with all that there are.
+#[test]
+fn unknown_axes_are_told_with_those_there_are() {
+    let Err(RequestError::Invalid(errors)) = parse("sky.exr", &[("axes", "maya")]) else { panic!("taken") };
+    let all = "enu | unity | unity-builtin | unreal | godot | three | blender | usd";
+    assert_eq!(errors[0].detail, format!("\"maya\" is not allowed; allowed: {all}"));
 }

@@ -19,6 +19,7 @@ use compare::Tolerance;
 use glam::{DVec2, dvec2};
 use serde_json::json;
 use sky::{Sky, WAVES_SIZES, pattern, water, waves_of};
+use skyloom::axes::Axes;
 use skyloom::gpu::layout::{Backdrop, Frame, SkyView};
 use skyloom::projection::{Sphere, SphereLayout};
 use skyloom::reference::cloud::Shaded;
@@ -250,6 +251,22 @@ fn skies_of_every_sun_and_method() {
 }
 
 #[test]
+fn skies_in_the_axes_of_engines() {
+    for (number, axes) in [
+        [("projection", "equirect"), ("axes", "unity"), ("size", "24")],
+        [("projection", "equirect"), ("axes", "three"), ("size", "24")],
+        [("projection", "cube"), ("axes", "godot"), ("size", "17")],
+        [("projection", "cube"), ("axes", "unreal"), ("size", "17")],
+        [("projection", "cube"), ("axes", "three"), ("size", "17")],
+    ]
+    .iter()
+    .enumerate()
+    {
+        check_all(&Sky::at(50.0).stages("sky", &query(axes, EYES[number % 2], "analytic")));
+    }
+}
+
+#[test]
 fn skies_looked_at_more_finely() {
     for tolerance in ["0.5", "0.02", "0.001"] {
         for eye in [EYES[0], EYES[4]] {
@@ -291,7 +308,7 @@ const LAYOUTS: [SphereLayout; 6] = [
 ];
 
 /// The view that the device gets of a layout.
-fn view(layout: SphereLayout) -> SkyView {
+fn view(layout: SphereLayout, axes: Axes) -> SkyView {
     let number = layout.number();
     let text = |value: f64| value.to_string();
     let query = match layout {
@@ -302,14 +319,15 @@ fn view(layout: SphereLayout) -> SkyView {
         _ => Vec::new(),
     };
     let mut query: Vec<_> = query.iter().map(|(name, value)| (*name, value.as_str())).collect();
+    query.push(("axes", axes.name()));
     query.extend([("projection", SphereLayout::NAMES[number]), ("size", "60"), ("method", "analytic")]);
     Sky::at(50.0).stages("sky", &query).sky.unwrap().view
 }
 
 #[test]
 fn directions_are_those_of_the_host() {
-    for layout in LAYOUTS {
-        let (view, sphere) = (view(layout), Sphere { layout, eye: [0.0; 3] });
+    for (layout, axes) in LAYOUTS.into_iter().flat_map(|layout| Axes::ALL.map(|axes| (layout, axes))) {
+        let (view, sphere) = (view(layout, axes), Sphere { layout, axes, eye: [0.0; 3] });
         let mut most = 0.0_f64;
         for y in 0..view.size[1] {
             for x in 0..view.size[0] {
@@ -321,9 +339,9 @@ fn directions_are_those_of_the_host() {
                 most = host.iter().zip(twin).map(|(a, b)| (a - b).abs()).fold(most, f64::max);
             }
         }
-        eprintln!("{layout:?}: {most:.1e}");
+        eprintln!("{layout:?}, {axes:?}: {most:.1e}");
         // Axes and sides of a camera are single precision.
-        assert!(most < 4.0 * ROUND, "{layout:?}: {most:.1e}");
+        assert!(most < 4.0 * ROUND, "{layout:?}, {axes:?}: {most:.1e}");
     }
 }
 
@@ -338,7 +356,7 @@ fn cones_are_as_wide_as_texels() {
         (LAYOUTS[3], 2.0 * PI, 0.6, 1.2),
         (LAYOUTS[5], 0.0, 0.4, 2.0),
     ] {
-        let view = view(layout);
+        let view = view(layout, Axes::Enu);
         let (mut sum, mut reach) = (0.0, [f64::INFINITY, 0.0_f64]);
         for y in 0..view.size[1] {
             for x in 0..view.size[0] {

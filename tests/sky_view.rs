@@ -6,6 +6,7 @@ mod common;
 
 use common::sky::{Sky, hg_layer, mean};
 use serde_json::{Value, json};
+use skyloom::axes::Axes;
 use skyloom::projection::{Sphere, SphereLayout};
 use skyloom::render::Texture;
 use std::f64::consts::PI;
@@ -187,7 +188,7 @@ fn every_projection_shows_the_same_in_the_same_direction() {
     ] {
         let text = size.to_string();
         let picture = sky.render(&scene, "sky", &[query, &[("size", &*text)]].concat());
-        let sphere = Sphere { layout, eye: [0.0, 0.0, 2.0] };
+        let sphere = Sphere { layout, axes: Axes::Enu, eye: [0.0, 0.0, 2.0] };
         let (mut most, mut count) = (0.0_f64, 0);
         // Every so many texels, and those at the edges of faces and of the picture.
         let [across, down] = [picture.width, picture.height];

@@ -201,7 +201,9 @@ async fn make(
 ) -> Result<Reply, Stopped> {
     // Before the tables, which would be made in vain.
     let images = images(&app, &scene).await?;
-    tables(&app, &scene, &images, &request, &cancelled).await?;
+    if request.texture().shows_the_scene() {
+        tables(&app, &scene, &images, &request, &cancelled).await?;
+    }
     let media_type = request.format().media_type();
     let library = Arc::clone(&app.library);
     // Its tables are in memory by now.

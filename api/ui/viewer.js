@@ -1,7 +1,8 @@
 "use strict";
 // The latest setting wins: a new one aborts the requests of the one before, and nothing is sent while a slider moves fast.
 
-const TEXTURES = ["sky", "cloud", "shadow", "irradiance"];
+const TEXTURES = ["sky", "cloud", "shadow", "irradiance", "compass"];
+const PANORAMAS = ["sky", "compass"];
 const PAUSE_MS = 180;
 const EVERY_S = 2; // between the frames of a playing sky
 const $ = (id) => document.getElementById(id);
@@ -36,13 +37,14 @@ function settings() {
   scene.sun = { zenith_deg: Number($("zenith").value), azimuth_deg: Number($("azimuth").value) };
   if (angular_diameter_deg !== undefined) scene.sun.angular_diameter_deg = angular_diameter_deg;
   const view = document.querySelector("input[name=view]:checked").value;
-  return { scene, time: Number($("time").value), size: Number($("size").value), view };
+  return { scene, time: Number($("time").value), size: Number($("size").value), view, axes: $("axes").value };
 }
 
-function queryOf(name, { time, size, view }) {
+function queryOf(name, { time, size, view, axes }) {
   const query = new URLSearchParams({ size });
   if (time > 0) query.set("time", time);
   if (name === "cloud" && view !== "below") query.set("view", view);
+  if (PANORAMAS.includes(name) && axes !== "enu") query.set("axes", axes);
   return query.toString();
 }
 
@@ -100,7 +102,7 @@ async function picture(name, address, signal) {
 // Follows the server's clock from the slider's time on, until the signal ends it. A frame that comes while the one before
 // is still being drawn is left out.
 function play(id, now, clock, signal) {
-  const query = new URLSearchParams({ every: EVERY_S, size: now.size, view: now.view, start: (clock - now.time).toFixed(3) });
+  const query = new URLSearchParams({ every: EVERY_S, size: now.size, view: now.view, axes: now.axes, start: (clock - now.time).toFixed(3) });
   query.set("textures", TEXTURES.map((name) => `${name}.png`).join());
   const source = new EventSource(`/v1/skies/${id}/frames?${query}`);
   signal.addEventListener("abort", () => source.close());
@@ -174,7 +176,7 @@ async function update() {
     passing = null;
     showCurl(id, now);
     showProblem(null);
-    $("state").textContent = `Four textures, ${now.size} high, in ${Math.round(performance.now() - start)} ms`;
+    $("state").textContent = `Five textures, ${now.size} high, in ${Math.round(performance.now() - start)} ms`;
   } catch (error) {
     if (signal.aborted) return;
     setPlaying(false);

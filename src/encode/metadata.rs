@@ -32,14 +32,18 @@ pub struct Metadata {
     pub domain_extent_m: f64,
     /// Centre of the domain in the texture's axes, in metres.
     pub origin: [f64; 3],
-    /// Unit vector towards the sun in the texture's axes (`enu`: east, north, up).
+    /// Unit vector towards the true sun in the texture's axes (`enu`: east, north, up).
     pub sun_direction: [f64; 3],
     /// Height of the lowest cloud base, in metres.
     pub base_height_m: f64,
     /// Seconds since the scene's start.
     pub time_s: f64,
-    /// Name of the axes, `enu`: x east, y north, z up.
-    pub axes: String,
+    /// The axes that directions and places are told in.
+    pub axes: Frame,
+    /// Of an equirectangular picture, the azimuth of its left edge, degrees clockwise from north.
+    pub left_azimuth_deg: Option<f64>,
+    /// Whether the sun's disc is drawn, where it could be.
+    pub disc: Option<bool>,
     /// Identifier of the scene.
     pub scene: String,
     /// Version of the renderer.
@@ -51,6 +55,19 @@ pub struct Metadata {
     pub periodic: bool,
     /// Where and when on Earth, if the scene says so.
     pub place: Option<Place>,
+}
+
+/// Axes of a texture.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Frame {
+    /// Their name, such as `enu`.
+    pub name: String,
+    /// Where they point, such as `x east, y north, z up`.
+    pub words: String,
+    /// The one that points up: `+y` or `+z`.
+    pub up: String,
+    /// `right` or `left`.
+    pub handedness: String,
 }
 
 /// A place on Earth and a moment.

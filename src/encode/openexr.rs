@@ -7,8 +7,8 @@ use exr::block::{BlockIndex, UncompressedBlock};
 use exr::math::Vec2;
 use exr::meta::BlockDescription;
 use exr::meta::attribute::{
-    self, AttributeValue, ChannelDescription, ChannelList, Chromaticities, Compression, IntegerBounds, LineOrder,
-    SampleType, Text,
+    self, AttributeValue, ChannelDescription, ChannelList, Chromaticities, Compression, EnvironmentMap, IntegerBounds,
+    LineOrder, SampleType, Text,
 };
 use exr::meta::header::Header;
 use half::f16;
@@ -76,16 +76,16 @@ pub(super) struct Channel<'a> {
 }
 
 /// An OpenEXR file with standard errors as channels of the layer `error` and the metadata as attributes: the standard ones
-/// (`chromaticities` of Rec.709 with D65, `adoptedNeutral`, `whiteLuminance`, `wrapmodes`, `software`, `comments`, and of a
-/// place `latitude`, `longitude`, `altitude`, `capDate`, `utcOffset`) and skyloom's own, of the types that every reader
+/// (`chromaticities` of Rec.709 with D65, `adoptedNeutral`, `whiteLuminance`, `wrapmodes`, `envmap` of an equirectangular
+/// picture, `software`, `comments`, and of a place `latitude`, `longitude`, `altitude`, `capDate`, `utcOffset`) and skyloom's own, of the types that every reader
 /// knows:
 ///
 /// | attributes | type |
 /// |---|---|
-/// | `skyloom:` `texture`, `component`, `peak`, `view`, `projection`, `alpha`, `axes`, `scene`, `version`, `unit` | string |
+/// | `skyloom:` `texture`, `component`, `peak`, `view`, `projection`, `alpha`, `axes`, `frame`, `up`, `handedness`, `disc`, `scene`, `version`, `unit` | string |
 /// | `skyloom:depth`: `half`, `float`, or `float: ` and why halves cannot hold the texture | string |
 /// | `skyloom:timeExact`: `time` with all its digits | string |
-/// | `skyloom:` `domainExtent`, `baseHeight` (metres), `time` (seconds), `scale`, `expectedError` | float |
+/// | `skyloom:` `domainExtent`, `baseHeight` (metres), `time` (seconds), `scale`, `expectedError`, `leftAzimuth` (degrees) | float |
 /// | `skyloom:direction` (zenith and azimuth, degrees) | v2f |
 /// | `skyloom:` `eye`, `origin` (metres), `sunDirection` | v3f |
 /// | `skyloom:layer` | int |
@@ -229,10 +229,12 @@ fn attributes(
         ("software", string(&format!("skyloom {}", metadata.version))),
         ("wrapmodes", string(if metadata.periodic { "periodic" } else { "clamp" })),
         // Our own.
-        ("skyloom:axes", string(&metadata.axes)),
+        ("skyloom:axes", string(&metadata.axes.name)),
         ("skyloom:baseHeight", float(metadata.base_height_m)),
         ("skyloom:depth", string(depth)),
         ("skyloom:domainExtent", float(metadata.domain_extent_m)),
+        ("skyloom:frame", string(&metadata.axes.words)),
+        ("skyloom:handedness", string(&metadata.axes.handedness)),
         ("skyloom:origin", vector(metadata.origin)),
         ("skyloom:scale", float(metadata.scale)),
         ("skyloom:scene", string(&metadata.scene)),
@@ -242,14 +244,16 @@ fn attributes(
         // A float holds whole seconds up to half a year only.
         ("skyloom:timeExact", string(&metadata.time_s.to_string())),
         ("skyloom:unit", string(&metadata.unit)),
+        ("skyloom:up", string(&metadata.axes.up)),
         ("skyloom:version", string(&metadata.version)),
     ];
-    let peak = metadata.peak.map(|peak| if peak { "true" } else { "false" });
+    let truth = |value: bool| if value { "true" } else { "false" };
     let words = [
         ("comments", Some(metadata.comments.as_str()).filter(|comments| !comments.is_empty())),
         ("skyloom:alpha", pixels.channels.contains(&"A").then(|| pixels.alpha.name())),
         ("skyloom:component", metadata.component.as_deref()),
-        ("skyloom:peak", peak),
+        ("skyloom:disc", metadata.disc.map(truth)),
+        ("skyloom:peak", metadata.peak.map(truth)),
         ("skyloom:projection", metadata.projection.as_deref()),
         ("skyloom:view", metadata.view.as_deref()),
     ];
@@ -258,6 +262,12 @@ fn attributes(
         list.push(("skyloom:direction", Value::FloatVec2(Vec2(zenith as f32, azimuth as f32))));
     }
     list.extend(metadata.eye.map(|eye| ("skyloom:eye", vector(eye))));
+    if let Some(azimuth) = metadata.left_azimuth_deg {
+        // As seen from within, the sky turns to the right with the azimuth in all axes: OpenEXR's map but for a turn about the
+        // vertical. Its cube has other faces than ours, so that a cube is none of its own.
+        list.push(("envmap", Value::EnvironmentMap(EnvironmentMap::LatitudeLongitude)));
+        list.push(("skyloom:leftAzimuth", float(azimuth)));
+    }
     list.extend(metadata.expected_error.map(|error| ("skyloom:expectedError", float(error))));
     // At most a handful.
     list.extend(metadata.layer.map(|layer| ("skyloom:layer", Value::I32(layer as i32))));

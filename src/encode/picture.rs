@@ -8,15 +8,16 @@ use super::error::{At, EncodeError};
 use super::output::Alpha;
 use super::pixels::Pixels;
 use super::precision::fitting;
+use crate::spectrum::luminance;
 
 /// How values become a PNG. PNG is straight by definition, so a colour is divided by alpha if it was multiplied by it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Picture {
-    /// For eyes: colours are multiplied by `2^exposure_stops / white`, sent through the tone curve and then the sRGB curve.
+    /// For eyes: colours are multiplied by `2^stops / white`, sent through the tone curve and then the sRGB curve.
     /// What is brighter than white is white.
     Display {
-        /// Exposure in stops: +1 doubles the light.
-        exposure_stops: f64,
+        /// What is white.
+        exposure: Exposure,
         /// Tone curve.
         tonemap: Tonemap,
         /// Bits of a sample.
@@ -34,7 +35,7 @@ pub enum Picture {
 impl Default for Picture {
     /// For eyes, filmic, 8 bits.
     fn default() -> Self {
-        Self::Display { exposure_stops: 0.0, tonemap: Tonemap::Filmic, depth: PictureDepth::Eight }
+        Self::Display { exposure: Exposure::Stops(0.0), tonemap: Tonemap::Filmic, depth: PictureDepth::Eight }
     }
 }
 
@@ -96,6 +97,61 @@ impl Tonemap {
     }
 }
 
+/// How light a picture for eyes is.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Exposure {
+    /// Stops from the white that goes with the scene's light at that time: +1 doubles the light.
+    Stops(f64),
+    /// By the picture: the geometric mean of its luminance becomes [`METERED_GREY`], before the tone curve.
+    Auto,
+    /// A camera's that does not care for the scene: its exposure value for ISO 100.
+    Ev100(f64),
+}
+
+impl Exposure {
+    /// Stops from white.
+    fn stops(self) -> f64 {
+        match self {
+            Self::Stops(stops) => stops,
+            // Their white is all of it.
+            Self::Auto | Self::Ev100(_) => 0.0,
+        }
+    }
+}
+
+/// Where the mean of a metered picture comes to lie: middle grey (E. Reinhard et al., "Photographic Tone Reproduction for
+/// Digital Images", 2002).
+pub const METERED_GREY: f64 = 0.18;
+
+/// The value that a picture metered by its own texels shows as white: the geometric mean of the luminance of all that is not
+/// black, over [`METERED_GREY`]. Each texel counts the same; `None` where all are black. Values are premultiplied.
+pub fn metered_white(channels: usize, data: &[f32]) -> Option<f64> {
+    let luminance = |texel: &[f32]| {
+        let value = match *texel {
+            [r, g, b, ..] => luminance([r, g, b].map(f64::from)),
+            [y, ..] => f64::from(y),
+            [] => 0.0,
+        };
+        value / texel.get(3).map_or(1.0, |alpha| f64::from(*alpha).max(LEAST_SEEN))
+    };
+    let (sum, count) = data
+        .par_chunks(channels.max(1) * ROW)
+        .map(|texels| {
+            let seen = texels.chunks(channels.max(1)).map(luminance).filter(|value| *value > 0.0);
+            seen.fold((0.0, 0_u32), |(sum, count), value| (sum + value.ln(), count + 1))
+        })
+        // In order, so that the sum is the same on every machine.
+        .collect::<Vec<_>>()
+        .into_iter()
+        .fold((0.0, 0.0), |(sum, count), (more, texels)| (sum + more, count + f64::from(texels)));
+    (count > 0.0).then(|| (sum / count).exp() / METERED_GREY)
+}
+
+/// Alpha by which a premultiplied colour is divided, at least.
+const LEAST_SEEN: f64 = 1e-6;
+/// Texels that are summed together.
+const ROW: usize = 1 << 12;
+
 /// Bits of a sample.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
 pub enum PictureDepth {
@@ -141,8 +197,8 @@ pub fn to_png(pixels: &Pixels<'_>, picture: &Picture, white: f32) -> Result<Vec<
     pixels.check()?;
     let depth = picture.depth();
     let samples = match *picture {
-        Picture::Display { exposure_stops, tonemap, .. } => {
-            let gain = (exposure_stops.exp2() / f64::from(white)) as f32;
+        Picture::Display { exposure, tonemap, .. } => {
+            let gain = (exposure.stops().exp2() / f64::from(white)) as f32;
             if !(gain.is_finite() && gain > 0.0) {
                 return Err(EncodeError::Codec("exposure and white level give no usable gain".to_owned()));
             }

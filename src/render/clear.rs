@@ -8,7 +8,7 @@ pub(super) fn texel(wanted: &Wanted, light: &Illumination) -> Vec<f32> {
     match wanted {
         Wanted::Cloud(_) => vec![0.0; 4],
         // The ground is not the same everywhere.
-        Wanted::Sky(_) => vec![0.0; 3],
+        Wanted::Sky(_) | Wanted::Compass(_) => vec![0.0; 3],
         Wanted::Thickness { .. } => vec![0.0],
         Wanted::Shadow(_) => vec![if light.is_day() { 1.0 } else { 0.0 }],
         Wanted::Irradiance(irradiance) => {

@@ -1,9 +1,11 @@
 //! A texture as the bytes of a file that says what it is.
 
-use crate::encode::{self, Encoded, Metadata, Pixels};
+use crate::axes::Axes;
+use crate::encode::{self, Encoded, Frame, Metadata, Pixels, Place};
+use crate::illumination::Illumination;
 use crate::job::{Job, RenderError, Texture};
 use crate::plan::expected_error;
-use crate::request::{Side, Viewer};
+use crate::request::{Side, SphereLayout, Viewer, Wanted};
 use crate::version::VERSION;
 
 /// The file of a rendered texture, in the format that its request names.
@@ -21,7 +23,7 @@ pub fn encode(texture: &Texture, job: &Job) -> Result<Encoded, RenderError> {
         errors: texture.standard_error.as_deref(),
         alpha: request.output.linear().alpha,
         // What lies outside 0 to 1 is noise.
-        fraction: matches!(request.wanted, crate::request::Wanted::Shadow(_)),
+        fraction: matches!(request.wanted, Wanted::Shadow(_)),
     };
     Ok(encode::encode(&pixels, &metadata(job, texture), &request.output, texture.white)?)
 }
@@ -32,8 +34,11 @@ fn metadata(job: &Job, texture: &Texture) -> Metadata {
     let (wanted, in_air) = (&request.wanted, job.air().is_some());
     let scale = request.output.linear().scale;
     let plane = wanted.plane();
+    let sphere = wanted.sphere();
+    let axes = sphere.map_or(Axes::Enu, |sphere| sphere.axes);
+    let equirect = sphere.is_some_and(|sphere| sphere.layout == SphereLayout::Equirect);
     let (direction, eye) = match plane.map(|plane| plane.viewer) {
-        None => (None, wanted.sphere().map(|sphere| sphere.eye)),
+        None => (None, sphere.map(|sphere| axes.of(sphere.eye))),
         Some(Viewer::At(place)) => (None, Some(place)),
         Some(Viewer::Parallel { zenith_deg, azimuth_deg }) => (Some([zenith_deg, azimuth_deg]), None),
     };
@@ -51,19 +56,40 @@ fn metadata(job: &Job, texture: &Texture) -> Metadata {
         layer: wanted.layer(),
         expected_error: Some(expected_error(&job.plan().explain(scene, request))),
         domain_extent_m: scene.extent_m(),
-        origin: [0.0, 0.0, texture.plane_m],
-        sun_direction: job.illumination().towards_sun,
+        origin: axes.of([0.0, 0.0, texture.plane_m]),
+        sun_direction: axes.of(job.illumination().towards_sun),
         base_height_m: scene.base_m(),
         time_s: request.time_s,
-        axes: "enu".to_owned(),
+        axes: Frame {
+            name: axes.name().to_owned(),
+            words: axes.in_words(),
+            up: axes.up_axis().to_owned(),
+            handedness: axes.handedness().to_owned(),
+        },
+        left_azimuth_deg: equirect.then(|| axes.left_azimuth_deg()),
+        disc: wanted.disc(),
         scene: job.scene_id().to_owned(),
         version: VERSION.clone(),
         // Of radiance; an irradiance has none.
-        white_luminance: (in_air && wanted.projection().is_some()).then(|| (1000.0 / scale) as f32),
+        white_luminance: (in_air && matches!(wanted, Wanted::Cloud(_) | Wanted::Sky(_)))
+            .then(|| (1000.0 / scale) as f32),
         // Maps repeat as the domain does.
         periodic: wanted.projection().is_none_or(|projection| projection.is_periodic()),
-        place: None,
+        place: place(job),
     }
+}
+
+/// Where and when on Earth, as far as OpenEXR can tell it: to the second.
+fn place(job: &Job) -> Option<Place> {
+    let (place, utc) = Illumination::place(job.scene(), job.request().time_s)?;
+    // Of `YYYY-MM-DDThh:mm:ss` and what may follow.
+    let utc: String = utc.ok()?.to_string().chars().take(19).collect();
+    Some(Place {
+        latitude_deg: place.latitude_deg(),
+        longitude_deg: place.longitude_deg(),
+        altitude_m: place.altitude_m(),
+        utc: utc.replace('-', ":").replace('T', " "),
+    })
 }
 
 /// Whether a viewer at a place can see the plane that texels lie in; the error names the place.

@@ -102,7 +102,7 @@ pub(super) struct Clock {
 }
 
 impl Clock {
-    fn time<T, E>(&mut self, stage: &'static str, work: impl FnOnce() -> Result<T, E>) -> Result<T, E> {
+    pub(super) fn time<T, E>(&mut self, stage: &'static str, work: impl FnOnce() -> Result<T, E>) -> Result<T, E> {
         let start = Instant::now();
         let result = work()?;
         self.timings.push((stage, start.elapsed()));

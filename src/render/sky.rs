@@ -128,7 +128,9 @@ impl SkyKept {
         }
         let cuts = MEAN_CUTS * layers.len() as f64;
         let backdrop = frame::backdrop(moment, far[0].horizon, eye.asymmetry);
-        let inputs = SkyInputs { sphere, layers, ground, backdrop, air: far };
+        let disc = (job.request().wanted.disc() == Some(true))
+            .then(|| moment.illumination.disc(job.scene(), job.air().map(|air| &*air.clear), eye.height_m));
+        let inputs = SkyInputs { sphere, layers, ground, backdrop, air: far, disc };
         let view = frame::sky_view(sphere, moment.plan.sky, job.request().texels(job.scene()));
         let [across, down] = view.size;
         let rows = shade::band_rows(view.size, cuts);

@@ -1,10 +1,12 @@
 //! The one table of query parameters: name, range or words, default, meaning, how each is read and written.
 
+use super::given::{CAMERA_FOV_DEG, FISHEYE_FOV_DEG, Given};
 use super::texture_request::Request;
-use super::wanted::{Cloud, Component, GroundLight, Irradiance, Shadow, Sky, TextureKind, Wanted};
-use crate::encode::{Alpha, Depth, Format, Linear, Output, Picture, PictureDepth, Tonemap};
+use super::wanted::Component;
+use crate::axes::Axes;
+use crate::encode::{Alpha, Exposure, Format, Output, Picture, Tonemap};
 use crate::method::{Method, Reference, Transport};
-use crate::projection::{Plane, Side, Sphere, SphereLayout, Viewer};
+use crate::projection::{Side, SphereLayout, Viewer};
 use crate::scene::Scene;
 
 /// A query parameter.
@@ -95,9 +97,17 @@ pub const QUERY_PARAMETERS: &[QueryParameter] = &[
         name: "projection",
         values: "equirect | octahedral | cube | fisheye | camera",
         default: "equirect",
-        meaning: "how directions become texels of `sky`: `size` is the height, of a cube's face its side",
+        meaning: "how directions become texels of `sky` and `compass`: `size` is the height, of a cube's face its side",
         read: |given, text| set(&mut given.layout, SphereLayout::NAMES.into_iter().find(|name| *name == text)),
         write: |request| Some(request.wanted.sphere()?.layout.name().to_owned()),
+    },
+    QueryParameter {
+        name: "axes",
+        values: Axes::WORDS,
+        default: "enu",
+        meaning: "frame of an engine: how `sky` and `compass` lie in it as `equirect` and `cube`, and directions in their EXR",
+        read: |given, text| set(&mut given.axes, Axes::ALL.into_iter().find(|axes| axes.name() == text)),
+        write: |request| Some(request.wanted.sphere()?.axes.name().to_owned()),
     },
     QueryParameter {
         name: "look",
@@ -138,6 +148,14 @@ pub const QUERY_PARAMETERS: &[QueryParameter] = &[
             SphereLayout::Camera { aspect, .. } if aspect != 1.0 => Some(aspect.to_string()),
             _ => None,
         },
+    },
+    QueryParameter {
+        name: "disc",
+        values: "true | false",
+        default: "false",
+        meaning: "the sun's disc is drawn into `sky`",
+        read: |given, text| set(&mut given.disc, word(text, &[("true", true), ("false", false)])),
+        write: |request| Some(request.wanted.disc()?.to_string()),
     },
     QueryParameter {
         name: "component",
@@ -219,12 +237,27 @@ pub const QUERY_PARAMETERS: &[QueryParameter] = &[
     },
     QueryParameter {
         name: "exposure",
-        values: "-20 to 20",
+        values: "-20 to 20 | auto",
         default: "0",
-        meaning: "exposure of a picture (PNG), stops",
-        read: |given, text| set(&mut given.exposure_stops, number(text, -20.0, 20.0)),
+        meaning: "exposure of a picture (PNG): stops from the scene's own light, or by what the picture shows",
+        read: |given, text| {
+            let stops = || Some(Exposure::Stops(number(text, -20.0, 20.0)?));
+            set(&mut given.exposure, Some(Some(if text == "auto" { Exposure::Auto } else { stops()? })))
+        },
         write: |request| match request.output {
-            Output::Png(Picture::Display { exposure_stops, .. }) => Some(exposure_stops.to_string()),
+            Output::Png(Picture::Display { exposure: Exposure::Stops(stops), .. }) => Some(stops.to_string()),
+            Output::Png(Picture::Display { exposure: Exposure::Auto, .. }) => Some("auto".to_owned()),
+            _ => None,
+        },
+    },
+    QueryParameter {
+        name: "ev100",
+        values: "-20 to 40",
+        default: "none",
+        meaning: "a fixed camera instead of `exposure`, where light is in cd/m2: 1.2 x 2^ev100 cd/m2 are white before `tonemap`",
+        read: |given, text| set(&mut given.ev100, Some(Some(number(text, -20.0, 40.0)?))),
+        write: |request| match request.output {
+            Output::Png(Picture::Display { exposure: Exposure::Ev100(ev100), .. }) => Some(ev100.to_string()),
             _ => None,
         },
     },
@@ -270,152 +303,6 @@ pub const QUERY_PARAMETERS: &[QueryParameter] = &[
         },
     },
 ];
-
-/// Where the sky is seen from unless the query says where: by a person, in the middle of the domain.
-const EYE: [f64; 3] = [0.0, 0.0, 2.0];
-
-/// Fields of view unless others are asked for.
-const CAMERA_FOV_DEG: f64 = 60.0;
-const FISHEYE_FOV_DEG: f64 = 180.0;
-/// A plane picture of more is all edge.
-const MAX_CAMERA_FOV_DEG: f64 = 170.0;
-
-/// Everything that a query can say. What does not touch the texture that is asked for does not become part of the request.
-pub(super) struct Given {
-    format: Format,
-    time_s: f64,
-    size: Option<u32>,
-    side: Side,
-    direction: Option<Viewer>,
-    eye: Option<[f64; 3]>,
-    layout: &'static str,
-    look_deg: [f64; 2],
-    fov_deg: Option<f64>,
-    aspect: f64,
-    component: &'static str,
-    peak: bool,
-    alpha: Alpha,
-    tolerance: f64,
-    method: Option<Method>,
-    transport: Option<Transport>,
-    seed: u32,
-    layer: Option<u32>,
-    scale: f64,
-    exposure_stops: f64,
-    tonemap: Tonemap,
-    mask: bool,
-    depth: Option<u32>,
-}
-
-impl Given {
-    /// What a query without parameters says.
-    pub(super) fn new(format: Format) -> Self {
-        Self {
-            format,
-            time_s: 0.0,
-            size: None,
-            side: Side::Below,
-            direction: None,
-            eye: None,
-            layout: SphereLayout::Equirect.name(),
-            look_deg: [0.0; 2],
-            fov_deg: None,
-            aspect: 1.0,
-            component: Component::Total.name(),
-            peak: true,
-            alpha: Alpha::Premultiplied,
-            tolerance: Request::TOLERANCE,
-            method: None,
-            transport: None,
-            seed: Reference::SEED,
-            layer: None,
-            scale: 1.0,
-            exposure_stops: 0.0,
-            tonemap: Tonemap::Filmic,
-            mask: false,
-            depth: None,
-        }
-    }
-
-    /// What no value alone is wrong about: the parameter, and why.
-    pub(super) fn conflict(&self) -> Option<(&'static str, String)> {
-        if self.direction.is_some() && self.eye.is_some() {
-            return Some(("eye", "either direction or eye can be given".to_owned()));
-        }
-        let too_wide = self.fov_deg.filter(|fov_deg| self.layout == "camera" && *fov_deg > MAX_CAMERA_FOV_DEG)?;
-        Some(("fov", format!("\"{too_wide}\" is not allowed for a camera; allowed: 1 to {MAX_CAMERA_FOV_DEG}")))
-    }
-
-    /// The request for a texture, of what touches it.
-    pub(super) fn request(&self, texture: TextureKind) -> Request {
-        let (tolerance, layer) = (self.tolerance, self.layer);
-        // The seed is the reference's own.
-        let reference = Reference { seed: self.seed };
-        let method = self.method.map(|method| match method {
-            Method::Reference(_) => Method::Reference(reference),
-            fast => fast,
-        });
-        let traced = method.and_then(Method::reference);
-        let wanted = match texture {
-            TextureKind::Cloud => {
-                let viewer = self.eye.map(Viewer::At).or(self.direction).unwrap_or(Viewer::UPRIGHT);
-                let plane = Plane { side: self.side, viewer };
-                Wanted::Cloud(Cloud { plane, layer, tolerance, method, transport: self.transport })
-            }
-            TextureKind::Shadow => Wanted::Shadow(Shadow { peak: self.peak, tolerance, reference: traced }),
-            TextureKind::Irradiance => Wanted::Irradiance(Irradiance {
-                component: match self.component {
-                    "direct" => Component::Direct { peak: self.peak },
-                    "diffuse" => Component::Diffuse { peak: self.peak },
-                    _ => Component::Total,
-                },
-                tolerance,
-                // Light on the ground goes through tables of fluxes, whatever the cloud's method.
-                light: traced.map_or(GroundLight::Fast { transport: self.transport }, GroundLight::Reference),
-            }),
-            TextureKind::Thickness => Wanted::Thickness { layer },
-            TextureKind::Sky => {
-                let sphere = Sphere { layout: self.sphere_layout(), eye: self.eye.unwrap_or(EYE) };
-                Wanted::Sky(Sky { sphere, layer, tolerance, method, transport: self.transport })
-            }
-        };
-        Request { wanted, time_s: self.time_s, size: self.size, output: self.output(texture) }
-    }
-
-    fn sphere_layout(&self) -> SphereLayout {
-        match self.layout {
-            "octahedral" => SphereLayout::Octahedral,
-            "cube" => SphereLayout::Cube,
-            "fisheye" => SphereLayout::Fisheye { fov_deg: self.fov_deg.unwrap_or(FISHEYE_FOV_DEG) },
-            "camera" => SphereLayout::Camera {
-                look_deg: self.look_deg,
-                fov_deg: self.fov_deg.unwrap_or(CAMERA_FOV_DEG),
-                aspect: self.aspect,
-            },
-            _ => SphereLayout::Equirect,
-        }
-    }
-
-    fn output(&self, texture: TextureKind) -> Output {
-        let alpha = if texture == TextureKind::Cloud { self.alpha } else { Alpha::Premultiplied };
-        let linear = Linear { scale: self.scale, alpha };
-        let picture = if self.depth == Some(16) { PictureDepth::Sixteen } else { PictureDepth::Eight };
-        match self.format {
-            Format::F32 => Output::F32 { linear },
-            Format::Exr => {
-                let depth = self.depth.map(|bits| if bits == 32 { Depth::Float } else { Depth::Half });
-                Output::Exr { linear, depth }
-            }
-            Format::Png if self.mask => Output::Png(Picture::Mask { scale: self.scale, depth: picture }),
-            Format::Png => Output::Png(Picture::Display {
-                exposure_stops: self.exposure_stops,
-                // Parts of a whole are not light: a tone curve would bend them.
-                tonemap: if texture.is_light() { self.tonemap } else { Tonemap::None },
-                depth: picture,
-            }),
-        }
-    }
-}
 
 /// An azimuth from -360 to 360 degrees as 0 to below 360.
 fn one_turn(azimuth_deg: f64) -> f64 {

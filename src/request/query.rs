@@ -1,6 +1,7 @@
 //! Requests from addresses, and the other way round.
 
-use super::parameters::{Given, QUERY_PARAMETERS};
+use super::given::Given;
+use super::parameters::QUERY_PARAMETERS;
 use super::texture_request::Request;
 use super::wanted::TextureKind;
 use crate::encode::Format;

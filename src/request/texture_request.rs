@@ -1,8 +1,8 @@
 //! A request for one texture, and whether a scene can meet it.
 
 use super::wanted::{Cloud, Sky, TextureKind, Wanted};
-use crate::encode::{Format, Output};
-use crate::scene::{FieldError, Scene};
+use crate::encode::{Exposure, Format, Output, Picture};
+use crate::scene::{Atmosphere, FieldError, Scene};
 
 /// A request for one texture.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -97,6 +97,13 @@ impl Request {
                 let detail = "method reference counts as beam what was not scattered at all; allowed: false";
                 wrong("peak", detail.to_owned());
             }
+        }
+        if let (Output::Png(Picture::Display { exposure: Exposure::Ev100(_), .. }), Atmosphere::Given(_)) =
+            (self.output, &scene.atmosphere)
+        {
+            let detail =
+                "the scene's light is in its own unit, and a camera's is cd/m2; allowed: exposure, or a scene with air";
+            wrong("ev100", detail.to_owned());
         }
         if errors.is_empty() { Ok(()) } else { Err(errors) }
     }

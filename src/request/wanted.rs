@@ -17,11 +17,13 @@ pub enum TextureKind {
     Thickness,
     /// Radiance that arrives at an eye from every direction.
     Sky,
+    /// A test picture of directions.
+    Compass,
 }
 
 impl TextureKind {
     /// Every texture.
-    pub const ALL: [Self; 5] = [Self::Cloud, Self::Shadow, Self::Irradiance, Self::Thickness, Self::Sky];
+    pub const ALL: [Self; 6] = [Self::Cloud, Self::Shadow, Self::Irradiance, Self::Thickness, Self::Sky, Self::Compass];
 
     /// Its name in addresses and on the command line.
     pub fn name(self) -> &'static str {
@@ -31,6 +33,7 @@ impl TextureKind {
             Self::Irradiance => "irradiance",
             Self::Thickness => "thickness",
             Self::Sky => "sky",
+            Self::Compass => "compass",
         }
     }
 
@@ -42,6 +45,9 @@ impl TextureKind {
             Self::Irradiance => "downward irradiance on the ground",
             Self::Thickness => "geometric thickness of cloud, metres",
             Self::Sky => "radiance that arrives at the eye: sky, clouds and ground",
+            Self::Compass => {
+                "a test picture: north red, east green, south blue, west yellow, up white, down black, the sun orange"
+            }
         }
     }
 
@@ -52,7 +58,7 @@ impl TextureKind {
             (Self::Cloud | Self::Sky, false) => "the scene's unit of irradiance per steradian",
             (Self::Irradiance, true) => "klx",
             (Self::Irradiance, false) => "the scene's unit of irradiance",
-            (Self::Shadow, _) => "1",
+            (Self::Shadow | Self::Compass, _) => "1",
             (Self::Thickness, _) => "m",
         }
     }
@@ -61,7 +67,7 @@ impl TextureKind {
     pub fn channels(self) -> &'static [&'static str] {
         match self {
             Self::Cloud => &["R", "G", "B", "A"],
-            Self::Irradiance | Self::Sky => &["R", "G", "B"],
+            Self::Irradiance | Self::Sky | Self::Compass => &["R", "G", "B"],
             Self::Shadow | Self::Thickness => &["Y"],
         }
     }
@@ -77,8 +83,21 @@ impl TextureKind {
             Self::Cloud | Self::Sky => Needs { light: true, slab: true, ground_sun: false },
             Self::Shadow => Needs { light: false, slab: false, ground_sun: true },
             Self::Irradiance => Needs { light: true, slab: false, ground_sun: true },
-            Self::Thickness => Needs { light: false, slab: false, ground_sun: false },
+            Self::Thickness | Self::Compass => Needs { light: false, slab: false, ground_sun: false },
         }
+    }
+
+    /// Whether it takes the scene's air and clouds, and with them their tables.
+    pub fn shows_the_scene(self) -> bool {
+        self != Self::Compass
+    }
+
+    /// The value that a camera of a given exposure value for ISO 100 shows as white, in kcd/m2, of light on the ground in klx:
+    /// the luminance at which a sensor saturates by its saturation-based speed, 78 / 0.65 x 2^EV / 100 cd/m2 (ISO 12232), and
+    /// the irradiance that makes a white surface so bright.
+    pub fn white_of_camera(self, ev100: f64) -> f64 {
+        let luminance = 1.2e-3 * ev100.exp2();
+        if self == Self::Irradiance { PI * luminance } else { luminance }
     }
 
     /// The value that a picture shows as white. Of light twice that of a white, diffuse surface above the clouds under the
@@ -88,7 +107,7 @@ impl TextureKind {
         let white = match self {
             Self::Cloud | Self::Sky => 2.0 * irradiance / PI,
             Self::Irradiance => 2.0 * irradiance,
-            Self::Shadow => 1.0,
+            Self::Shadow | Self::Compass => 1.0,
             Self::Thickness => deepest_m.max(1.0),
         };
         if white > 0.0 { white } else { 1.0 }
@@ -127,6 +146,8 @@ pub enum Wanted {
     },
     /// See [`TextureKind::Sky`].
     Sky(Sky),
+    /// See [`TextureKind::Compass`].
+    Compass(Sphere),
 }
 
 /// What is asked of the clouds.
@@ -149,6 +170,8 @@ pub struct Cloud {
 pub struct Sky {
     /// How directions become texels, and where the eye is.
     pub sphere: Sphere,
+    /// The sun's disc is drawn.
+    pub disc: bool,
     /// One layer alone (0 = lowest); all when `None`. Light still uses all.
     pub layer: Option<u32>,
     /// Acceptable relative root-mean-square error.
@@ -233,6 +256,7 @@ impl Wanted {
             Self::Irradiance(_) => TextureKind::Irradiance,
             Self::Thickness { .. } => TextureKind::Thickness,
             Self::Sky(_) => TextureKind::Sky,
+            Self::Compass(_) => TextureKind::Compass,
         }
     }
 
@@ -243,7 +267,7 @@ impl Wanted {
             | Self::Shadow(Shadow { tolerance, .. })
             | Self::Irradiance(Irradiance { tolerance, .. })
             | Self::Sky(Sky { tolerance, .. }) => Some(*tolerance),
-            Self::Thickness { .. } => None,
+            Self::Thickness { .. } | Self::Compass(_) => None,
         }
     }
 
@@ -253,7 +277,7 @@ impl Wanted {
             Self::Cloud(cloud) => cloud.method,
             Self::Sky(sky) => sky.method,
             Self::Shadow(_) | Self::Irradiance(_) => self.reference().map(Method::Reference),
-            Self::Thickness { .. } => None,
+            Self::Thickness { .. } | Self::Compass(_) => None,
         }
     }
 
@@ -264,7 +288,7 @@ impl Wanted {
             Self::Sky(sky) => sky.method.and_then(Method::reference),
             Self::Shadow(shadow) => shadow.reference,
             Self::Irradiance(Irradiance { light: GroundLight::Reference(reference), .. }) => Some(*reference),
-            Self::Irradiance(_) | Self::Thickness { .. } => None,
+            Self::Irradiance(_) | Self::Thickness { .. } | Self::Compass(_) => None,
         }
     }
 
@@ -274,7 +298,7 @@ impl Wanted {
             Self::Cloud(cloud) => cloud.transport,
             Self::Sky(sky) => sky.transport,
             Self::Irradiance(Irradiance { light: GroundLight::Fast { transport }, .. }) => *transport,
-            Self::Irradiance(_) | Self::Shadow(_) | Self::Thickness { .. } => None,
+            Self::Irradiance(_) | Self::Shadow(_) | Self::Thickness { .. } | Self::Compass(_) => None,
         }
     }
 
@@ -282,7 +306,7 @@ impl Wanted {
     pub fn layer(&self) -> Option<u32> {
         match self {
             Self::Cloud(Cloud { layer, .. }) | Self::Sky(Sky { layer, .. }) | Self::Thickness { layer } => *layer,
-            Self::Shadow(_) | Self::Irradiance(_) => None,
+            Self::Shadow(_) | Self::Irradiance(_) | Self::Compass(_) => None,
         }
     }
 
@@ -290,7 +314,7 @@ impl Wanted {
     pub fn component(&self) -> Option<Component> {
         match self {
             Self::Irradiance(irradiance) => Some(irradiance.component),
-            Self::Cloud(_) | Self::Shadow(_) | Self::Thickness { .. } | Self::Sky(_) => None,
+            Self::Cloud(_) | Self::Shadow(_) | Self::Thickness { .. } | Self::Sky(_) | Self::Compass(_) => None,
         }
     }
 
@@ -309,7 +333,7 @@ impl Wanted {
     pub fn projection(&self) -> Option<Projection> {
         match self {
             Self::Cloud(cloud) => Some(Projection::Plane(cloud.plane)),
-            Self::Sky(sky) => Some(Projection::Sphere(sky.sphere)),
+            Self::Sky(Sky { sphere, .. }) | Self::Compass(sphere) => Some(Projection::Sphere(*sphere)),
             Self::Shadow(_) | Self::Irradiance(_) | Self::Thickness { .. } => None,
         }
     }
@@ -318,14 +342,22 @@ impl Wanted {
     pub fn plane(&self) -> Option<&Plane> {
         match self {
             Self::Cloud(cloud) => Some(&cloud.plane),
-            Self::Shadow(_) | Self::Irradiance(_) | Self::Thickness { .. } | Self::Sky(_) => None,
+            Self::Shadow(_) | Self::Irradiance(_) | Self::Thickness { .. } | Self::Sky(_) | Self::Compass(_) => None,
+        }
+    }
+
+    /// Whether the sun's disc is drawn, where it could be.
+    pub fn disc(&self) -> Option<bool> {
+        match self {
+            Self::Sky(sky) => Some(sky.disc),
+            _ => None,
         }
     }
 
     /// The sphere that is seen, where one is.
     pub fn sphere(&self) -> Option<&Sphere> {
         match self {
-            Self::Sky(sky) => Some(&sky.sphere),
+            Self::Sky(Sky { sphere, .. }) | Self::Compass(sphere) => Some(sphere),
             Self::Cloud(_) | Self::Shadow(_) | Self::Irradiance(_) | Self::Thickness { .. } => None,
         }
     }

@@ -4,6 +4,7 @@ use super::ground::{GroundSun, on_the_ground};
 use super::inputs::{DrawnOn, Inputs, LayerInputs, cloud_binds, early, held};
 use super::tiles::{self, TILE};
 use crate::air_map::AirMap;
+use crate::disc::Disc;
 use crate::gpu::layout::{Backdrop, SkyView, View};
 use crate::gpu::shaders::Shader;
 use crate::gpu::{Bind, Gpu, GpuError, HostMap, Pass, Target, binds, shaders};
@@ -46,6 +47,8 @@ pub(crate) struct SkyInputs<'a> {
     pub(crate) backdrop: Backdrop,
     /// Air from the eye to space, and to the ground.
     pub(crate) air: [Arc<DeviceAir>; 2],
+    /// The sun's disc, where it is to be drawn.
+    pub(crate) disc: Option<Disc>,
 }
 
 /// The ground, and what its radiance was made from.
@@ -136,16 +139,16 @@ pub(crate) fn sky_band(
         let pass = cloud_pass(gpu, layer, &before.map, &gpu.uniform("view", &view), rising, &shown, &drawn_on);
         passes.extend(pass.ok_or_else(|| early("sky"))?);
     }
-    let (backdrop, view) = (gpu.uniform("backdrop", &inputs.backdrop), gpu.uniform("view", view));
+    let (backdrop, bound) = (gpu.uniform("backdrop", &inputs.backdrop), gpu.uniform("view", view));
     let below = tiles::names(&tiles, |up| tiles::meets_ground(up, eye_m));
     passes.extend(over(gpu, &shaders::SKY, &below, |tiles| {
-        let mut binds = binds![&backdrop, &view, &inputs.ground.radiance, &gpu.trilinear];
+        let mut binds = binds![&backdrop, &bound, &inputs.ground.radiance, &gpu.trilinear];
         binds.extend(binds![&inputs.air[0].map, &inputs.air[1].map, &gpu.clamp, &clouds, tiles, &output]);
         binds
     }));
     let above = tiles::names(&tiles, |up| !tiles::meets_ground(up, eye_m));
     passes.extend(over(gpu, &shaders::SKY_ABOVE, &above, |tiles| {
-        binds![&backdrop, &view, &inputs.air[0].map, &gpu.clamp, &clouds, tiles, &output]
+        binds![&backdrop, &bound, &inputs.air[0].map, &gpu.clamp, &clouds, tiles, &output]
     }));
     gpu.run("sky", deadline, &passes)?;
     if let Some(kept) = kept {
@@ -154,7 +157,19 @@ pub(crate) fn sky_band(
         kept.air = views.iter().map(read).collect::<Result<_, _>>()?;
         kept.texels.extend(gpu.read(&clouds, 4 * texels, deadline)?);
     }
-    gpu.read(&output, 3 * texels, deadline)
+    let mut light = gpu.read(&output, 3 * texels, deadline)?;
+    let shown = |disc: &Disc| disc.texels(inputs.sphere, view.size, view.first_row, view.rows);
+    let disc = inputs.disc.as_ref().map(shown).unwrap_or_default();
+    if !disc.is_empty() {
+        let clouds = gpu.read(&clouds, 4 * texels, deadline)?;
+        for (texel, radiance) in disc {
+            let left = 1.0 - f64::from(clouds[4 * texel + 3]);
+            for (value, added) in light[3 * texel..3 * texel + 3].iter_mut().zip(radiance) {
+                *value = (f64::from(*value) + left * added) as f32;
+            }
+        }
+    }
+    Ok(light)
 }
 
 /// A pass over some tiles, if there are any.

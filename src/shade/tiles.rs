@@ -81,6 +81,7 @@ pub(super) fn meets_ground(up: &RangeInclusive<f64>, eye_m: f64) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::axes::Axes;
     use crate::projection::SphereLayout;
 
     const LAYOUTS: [SphereLayout; 7] = [
@@ -109,8 +110,9 @@ mod tests {
     #[test]
     fn no_tile_is_left_out_that_shows_something() {
         for (layout, across) in LAYOUTS.into_iter().flat_map(|layout| [20, 50, 130].map(|size| (layout, size))) {
-            let size = crate::projection::Projection::Sphere(Sphere { layout, eye: [0.0; 3] }).size(across);
-            let sphere = Sphere { layout, eye: [0.0; 3] };
+            let size =
+                crate::projection::Projection::Sphere(Sphere { layout, axes: Axes::Enu, eye: [0.0; 3] }).size(across);
+            let sphere = Sphere { layout, axes: Axes::Enu, eye: [0.0; 3] };
             let mut dense: Vec<Vec<f64>> = Vec::new();
             let listed = tiles(&sphere, size, 0, size[1]);
             for (row, column) in

@@ -33,7 +33,13 @@ impl Air {
     /// Air of 15 degrees C, of the pressure of the standard atmosphere at the place's altitude: 1013.25 hPa at the sea.
     #[must_use]
     pub fn standard(place: Place) -> Self {
-        let ratio = 1.0 - LAPSE_K_PER_M / SEA_TEMPERATURE_K * place.altitude_m();
+        Self::at_altitude(place.altitude_m())
+    }
+
+    /// The same at an altitude, metres above the sea, which may be above the air.
+    #[must_use]
+    pub fn at_altitude(altitude_m: f64) -> Self {
+        let ratio = (1.0 - LAPSE_K_PER_M / SEA_TEMPERATURE_K * altitude_m).max(0.0);
         Self { pressure_hpa: SEA_PRESSURE_HPA * ratio.powf(PRESSURE_EXPONENT), temperature_c: 15.0 }
     }
 
@@ -49,7 +55,8 @@ impl Air {
     /// of SPA (step 3.14, after J. Meeus, 1998). SPA has no refraction below that, and a sun that jumps; here it
     /// falls off like the cotangent of the depression, as in NOAA's solar calculator, which keeps the apparent sun
     /// continuous and going the same way as the true one.
-    pub(super) fn refraction_deg(self, elevation_deg: f64) -> f64 {
+    #[must_use]
+    pub fn refraction_deg(self, elevation_deg: f64) -> f64 {
         let density = self.pressure_hpa / 1010.0 * 283.0 / (273.0 + self.temperature_c);
         let formula =
             |elevation: f64| density * 1.02 / (60.0 * (elevation + 10.3 / (elevation + 5.11)).to_radians().tan());

@@ -251,3 +251,28 @@ fn values_beyond_half_floats_are_written_as_floats() {
     common.server.get(&format!("{bright}/irradiance.exr?size=9&depth=16")).names(422, "depth");
     assert_eq!(depth(format!("{bright}/irradiance.exr?size=9&depth=16&scale=0.001")), "16");
 }
+
+/// A compass needs nothing of the clouds: not even droplets that no table was ever made of.
+#[test]
+fn a_compass_is_drawn_without_tables() {
+    let common = common();
+    let mut scene = scene();
+    scene["layers"][0]["droplets"] = json!({ "effective_radius_um": 11.37, "number_per_cm3": 41 });
+    let sky = common.server.sky(&scene);
+    let answer = common.server.get(&format!("{sky}/compass.png?size=32&axes=three"));
+    assert_eq!(answer.status, 200, "{}", answer.text());
+    let picture = image::load_from_memory(&answer.body).unwrap();
+    assert_eq!((picture.width(), picture.height()), (64, 32));
+    // Only the drawing took time.
+    let timing = answer.header("server-timing");
+    assert!(timing.contains("draw;dur=") && !timing.contains("field"), "{timing}");
+    assert_ne!(common.server.get(&sky).json()["tables"]["state"], "ready");
+    let plan = common.server.get(&format!("{sky}/plan?texture=compass")).json();
+    assert_eq!((&plan["expected_error"], &plan["stages"][0]["stage"]), (&json!(0.0), &json!("draw")));
+    common.server.get(&format!("{sky}/compass.png?axes=maya")).names(422, "axes");
+    common.server.get(&format!("{sky}/sky.png?exposure=0&ev100=3")).names(422, "ev100");
+    // One picture has one tag.
+    let tag = |query: &str| common.server.get(&format!("{sky}/compass.png?size=32&{query}")).header("etag").to_owned();
+    assert_eq!(tag("axes=unity"), tag("axes=unreal"));
+    assert_ne!(tag("axes=unity"), tag("axes=godot"));
+}

@@ -1,0 +1,172 @@
+//! What a query says, before it is known which of it touches the texture that is asked for.
+
+use super::texture_request::Request;
+use super::wanted::{Cloud, Component, GroundLight, Irradiance, Shadow, Sky, TextureKind, Wanted};
+use crate::axes::Axes;
+use crate::encode::{Alpha, Depth, Exposure, Format, Linear, Output, Picture, PictureDepth, Tonemap};
+use crate::method::{Method, Reference, Transport};
+use crate::projection::{Plane, Side, Sphere, SphereLayout, Viewer};
+
+/// Where the sky is seen from unless the query says where: by a person, in the middle of the domain.
+const EYE: [f64; 3] = [0.0, 0.0, 2.0];
+
+/// Fields of view unless others are asked for.
+pub(super) const CAMERA_FOV_DEG: f64 = 60.0;
+pub(super) const FISHEYE_FOV_DEG: f64 = 180.0;
+/// A plane picture of more is all edge.
+const MAX_CAMERA_FOV_DEG: f64 = 170.0;
+
+/// Everything that a query can say. What does not touch the texture that is asked for does not become part of the request.
+pub(super) struct Given {
+    pub(super) format: Format,
+    pub(super) time_s: f64,
+    pub(super) size: Option<u32>,
+    pub(super) side: Side,
+    pub(super) direction: Option<Viewer>,
+    pub(super) eye: Option<[f64; 3]>,
+    pub(super) layout: &'static str,
+    pub(super) axes: Axes,
+    pub(super) disc: bool,
+    pub(super) look_deg: [f64; 2],
+    pub(super) fov_deg: Option<f64>,
+    pub(super) aspect: f64,
+    pub(super) component: &'static str,
+    pub(super) peak: bool,
+    pub(super) alpha: Alpha,
+    pub(super) tolerance: f64,
+    pub(super) method: Option<Method>,
+    pub(super) transport: Option<Transport>,
+    pub(super) seed: u32,
+    pub(super) layer: Option<u32>,
+    pub(super) scale: f64,
+    pub(super) exposure: Option<Exposure>,
+    pub(super) ev100: Option<f64>,
+    pub(super) tonemap: Tonemap,
+    pub(super) mask: bool,
+    pub(super) depth: Option<u32>,
+}
+
+impl Given {
+    /// What a query without parameters says.
+    pub(super) fn new(format: Format) -> Self {
+        Self {
+            format,
+            time_s: 0.0,
+            size: None,
+            side: Side::Below,
+            direction: None,
+            eye: None,
+            layout: SphereLayout::Equirect.name(),
+            axes: Axes::Enu,
+            disc: false,
+            look_deg: [0.0; 2],
+            fov_deg: None,
+            aspect: 1.0,
+            component: Component::Total.name(),
+            peak: true,
+            alpha: Alpha::Premultiplied,
+            tolerance: Request::TOLERANCE,
+            method: None,
+            transport: None,
+            seed: Reference::SEED,
+            layer: None,
+            scale: 1.0,
+            exposure: None,
+            ev100: None,
+            tonemap: Tonemap::Filmic,
+            mask: false,
+            depth: None,
+        }
+    }
+
+    /// What no value alone is wrong about: the parameter, and why.
+    pub(super) fn conflict(&self) -> Option<(&'static str, String)> {
+        if self.direction.is_some() && self.eye.is_some() {
+            return Some(("eye", "either direction or eye can be given".to_owned()));
+        }
+        if self.exposure.is_some() && self.ev100.is_some() {
+            return Some(("ev100", "either exposure or ev100 can be given".to_owned()));
+        }
+        let too_wide = self.fov_deg.filter(|fov_deg| self.layout == "camera" && *fov_deg > MAX_CAMERA_FOV_DEG)?;
+        Some(("fov", format!("\"{too_wide}\" is not allowed for a camera; allowed: 1 to {MAX_CAMERA_FOV_DEG}")))
+    }
+
+    /// The request for a texture, of what touches it.
+    pub(super) fn request(&self, texture: TextureKind) -> Request {
+        let (tolerance, layer) = (self.tolerance, self.layer);
+        // The seed is the reference's own.
+        let reference = Reference { seed: self.seed };
+        let method = self.method.map(|method| match method {
+            Method::Reference(_) => Method::Reference(reference),
+            fast => fast,
+        });
+        let traced = method.and_then(Method::reference);
+        let wanted = match texture {
+            TextureKind::Cloud => {
+                let viewer = self.eye.map(Viewer::At).or(self.direction).unwrap_or(Viewer::UPRIGHT);
+                let plane = Plane { side: self.side, viewer };
+                Wanted::Cloud(Cloud { plane, layer, tolerance, method, transport: self.transport })
+            }
+            TextureKind::Shadow => Wanted::Shadow(Shadow { peak: self.peak, tolerance, reference: traced }),
+            TextureKind::Irradiance => Wanted::Irradiance(Irradiance {
+                component: match self.component {
+                    "direct" => Component::Direct { peak: self.peak },
+                    "diffuse" => Component::Diffuse { peak: self.peak },
+                    _ => Component::Total,
+                },
+                tolerance,
+                // Light on the ground goes through tables of fluxes, whatever the cloud's method.
+                light: traced.map_or(GroundLight::Fast { transport: self.transport }, GroundLight::Reference),
+            }),
+            TextureKind::Thickness => Wanted::Thickness { layer },
+            TextureKind::Sky => {
+                let (sphere, disc) = (self.sphere(), self.disc);
+                Wanted::Sky(Sky { sphere, disc, layer, tolerance, method, transport: self.transport })
+            }
+            TextureKind::Compass => Wanted::Compass(self.sphere()),
+        };
+        Request { wanted, time_s: self.time_s, size: self.size, output: self.output(texture) }
+    }
+
+    fn sphere(&self) -> Sphere {
+        let layout = match self.layout {
+            "octahedral" => SphereLayout::Octahedral,
+            "cube" => SphereLayout::Cube,
+            "fisheye" => SphereLayout::Fisheye { fov_deg: self.fov_deg.unwrap_or(FISHEYE_FOV_DEG) },
+            "camera" => SphereLayout::Camera {
+                look_deg: self.look_deg,
+                fov_deg: self.fov_deg.unwrap_or(CAMERA_FOV_DEG),
+                aspect: self.aspect,
+            },
+            _ => SphereLayout::Equirect,
+        };
+        let sphere = Sphere { layout, axes: self.axes, eye: self.eye.unwrap_or(EYE) };
+        // An EXR tells directions in the axes that were asked for; the others are their texels alone.
+        if self.format == Format::Exr { sphere } else { Sphere { axes: sphere.plainest_axes(), ..sphere } }
+    }
+
+    fn output(&self, texture: TextureKind) -> Output {
+        let alpha = if texture == TextureKind::Cloud { self.alpha } else { Alpha::Premultiplied };
+        let linear = Linear { scale: self.scale, alpha };
+        let picture = if self.depth == Some(16) { PictureDepth::Sixteen } else { PictureDepth::Eight };
+        match self.format {
+            Format::F32 => Output::F32 { linear },
+            Format::Exr => {
+                let depth = self.depth.map(|bits| if bits == 32 { Depth::Float } else { Depth::Half });
+                Output::Exr { linear, depth }
+            }
+            Format::Png if self.mask => Output::Png(Picture::Mask { scale: self.scale, depth: picture }),
+            Format::Png => Output::Png(Picture::Display {
+                exposure: match self.ev100.map(Exposure::Ev100).or(self.exposure) {
+                    Some(stops @ Exposure::Stops(_)) => stops,
+                    // Parts of a whole are not brighter or darker by the hour.
+                    Some(metered) if texture.is_light() => metered,
+                    _ => Exposure::Stops(0.0),
+                },
+                // Parts of a whole are not light: a tone curve would bend them.
+                tonemap: if texture.is_light() { self.tonemap } else { Tonemap::None },
+                depth: picture,
+            }),
+        }
+    }
+}
