@@ -137,7 +137,6 @@ fn sunlight_from_layer_to_layer() {
                     entry: &entry,
                     blurred: &entering,
                     above: &above,
-                    above_beam: &above_beam,
                 };
                 let beam = reference::base_beam::main(&stages.frame, &thickness, transmittance, &above_beam);
                 (reference::base_light::main(&stages.frame, &maps), beam)
@@ -157,8 +156,9 @@ fn sunlight_from_layer_to_layer() {
                 found.push(("ground beam", gpu, &beam, &other_beam));
             }
             for (name, gpu, twin, other) in found {
+
                 let (twin, other) = (values(twin, gpu), values(other, gpu));
-                check_each(name, &gpu.data, &twin, &allowed(&twin, &other, tolerance));
+                check_each(&format!("{name}, lowest {}", stages.frame.place.lowest), &gpu.data, &twin, &allowed(&twin, &other, tolerance));
             }
         }
     }

@@ -13,8 +13,7 @@ use std::f64::consts::PI;
 /// `base_light` and `base_column`); fourth channels hold what the slanted ray sends up.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct ColumnMaps {
-    /// What goes on at the base as the sun's light, of the lowest layer the beam on the ground; fourth channel: red light sent
-    /// up along the slanted ray.
+    /// What goes on at the base as the sun's light; fourth channel: red light sent up along the slanted ray.
     pub beam: Vec<[f32; 4]>,
     /// Diffuse light at the base along the slanted ray; fourth channel: green light sent up.
     pub tilted: Vec<[f32; 4]>,
@@ -26,6 +25,8 @@ pub struct ColumnMaps {
     pub through: Vec<[f32; 4]>,
     /// Part of even light that is not sent back.
     pub not_reflected: Vec<[f32; 4]>,
+    /// What of the light that goes on is the beam on the ground.
+    pub ground_beam: Vec<[f32; 4]>,
 }
 
 /// Mean fluxes of a scene per square metre of ground, three colours: what enters is what leaves and what is absorbed.
@@ -129,19 +130,30 @@ pub(super) fn solve(columns: &[ColumnMaps], inputs: &LightInputs<'_>) -> Between
             [down.collect(), up, plain(&maps.through), plain(&maps.not_reflected)]
         })
         .collect();
+    let centre = |i: usize| (i as f64 + 0.5) / side as f64;
+    let shifted = |[u, v]: [f64; 2], value: &dyn Fn(usize) -> [f64; 3]| -> Vec<[f32; 3]> {
+        let at = |x: usize, y: usize| value(y * side + x);
+        let texel = |i: usize| bilinear([side; 2], [centre(i % side) + u, centre(i / side) + v], at);
+        (0..side * side).map(|i| texel(i).map(|value| value as f32)).collect()
+    };
+    let lowest = &columns[0];
+    let single = |value: f64| f64::from(value as f32);
+    let beam = shifted(inputs.shift_uv, &|i| colours(|c| single(sun[c] * f64::from(lowest.ground_beam[i][c]))));
+    // What the layers above turned by more than the ground's beam, and the lowest by less, leaves them diffuse.
+    let wide = |i: usize| {
+        let part = |c: usize| f64::from(lowest.beam[i][c]) - f64::from(lowest.ground_beam[i][c]);
+        colours(|c| sun[c] * part(c).max(0.0))
+    };
+    let mut downs: Vec<Vec<[f32; 3]>> = sources.iter().map(|[down, ..]| down.clone()).collect();
+    if let (Some(down), true) = (downs.last_mut(), columns.len() > 1) {
+        for (down, wide) in down.iter_mut().zip(shifted(inputs.above_uv.map(|uv| -uv), &wide)) {
+            *down = [0, 1, 2].map(|c| down[c] + wide[c]);
+        }
+    }
     let layers: Vec<Layer<'_>> = sources
         .iter()
-        .map(|[down, up, transmitted, not_reflected]| Layer { down, up, transmitted, not_reflected })
-        .collect();
-    let beam_at_base = |x: usize, y: usize| {
-        let texel = columns[0].beam[y * side + x];
-        colours(|c| f64::from((sun[c] * f64::from(texel[c])) as f32))
-    };
-    let [shift_u, shift_v] = inputs.shift_uv;
-    let centre = |i: usize| (i as f64 + 0.5) / side as f64;
-    let beam: Vec<[f32; 3]> = (0..side * side)
-        .map(|i| bilinear([side; 2], [centre(i % side) + shift_u, centre(i / side) + shift_v], beam_at_base))
-        .map(|texel| texel.map(|value| value as f32))
+        .zip(&downs)
+        .map(|([_, up, transmitted, not_reflected], down)| Layer { down, up, transmitted, not_reflected })
         .collect();
     let albedo: Vec<[f32; 3]> = inputs.albedo.data.chunks(4).map(|texel| [texel[0], texel[1], texel[2]]).collect();
     let angles: Vec<_> = inputs.layers.iter().rev().filter_map(|layer| layer.angles.clone()).collect();
