@@ -68,6 +68,11 @@ fn ratio(wanted: f64, found: f64) -> f64 {
     if found > 1e-30 { wanted / found } else { 1.0 }
 }
 
+/// What comes through of light, 0..=1; all where there is next to none.
+fn ratio_at_most_one(through: f32, light: f32) -> f64 {
+    if light > 1e-30 { f64::from(through / light).min(1.0) } else { 1.0 }
+}
+
 /// Part of diffuse light that is taken by entry; the rest is by slanted rays.
 fn entry_weight(transport: Transport) -> f32 {
     match transport {
@@ -137,17 +142,22 @@ pub(super) fn solve(columns: &[ColumnMaps], inputs: &LightInputs<'_>) -> Between
         (0..side * side).map(|i| texel(i).map(|value| value as f32)).collect()
     };
     let lowest = &columns[0];
-    let single = |value: f64| f64::from(value as f32);
-    let beam = shifted(inputs.shift_uv, &|i| colours(|c| single(sun[c] * f64::from(lowest.ground_beam[i][c]))));
-    // What the layers above turned by more than the ground's beam, and the lowest by less, leaves them diffuse.
-    let wide = |i: usize| {
-        let part = |c: usize| f64::from(lowest.beam[i][c]) - f64::from(lowest.ground_beam[i][c]);
-        colours(|c| sun[c] * part(c).max(0.0))
-    };
+    let at_base = |i: usize| colours(|c| f64::from((sun[c] * f64::from(lowest.ground_beam[i][c])) as f32));
+    let beam = shifted(inputs.shift_uv, &at_base);
     let mut downs: Vec<Vec<[f32; 3]>> = sources.iter().map(|[down, ..]| down.clone()).collect();
-    if let (Some(down), true) = (downs.last_mut(), columns.len() > 1) {
-        for (down, wide) in down.iter_mut().zip(shifted(inputs.above_uv.map(|uv| -uv), &wide)) {
-            *down = [0, 1, 2].map(|c| down[c] + wide[c]);
+    if let (Some(above), Some(down)) = (columns.get(1), downs.last_mut()) {
+        // What the layers above turned by more than the ground's beam and the lowest one lets by leaves those above diffuse.
+        let single = |map: &[[f32; 4]], i: usize| colours(|c| map[i][c].into());
+        let lit = shifted(inputs.above_uv, &|i| single(&above.beam, i));
+        let passing = |i: usize| colours(|c| ratio_at_most_one(lowest.beam[i][c], lit[i][c]));
+        let passing = shifted(inputs.above_uv.map(|uv| -uv), &passing);
+        let wide = |i: usize, c: usize| (above.beam[i][c] - above.ground_beam[i][c]).max(0.0) * passing[i][c];
+        let scale = colours(|c| {
+            let found = (0..side * side).map(|i| f64::from(wide(i, c))).sum::<f64>() / (side * side) as f64;
+            sun[c] * ratio(mean(&lowest.beam, c) - mean(&lowest.ground_beam, c), found)
+        });
+        for (i, down) in down.iter_mut().enumerate() {
+            *down = [0, 1, 2].map(|c| down[c] + (scale[c] * f64::from(wide(i, c))) as f32);
         }
     }
     let layers: Vec<Layer<'_>> = sources

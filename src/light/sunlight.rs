@@ -125,7 +125,8 @@ fn passes(gpu: &Gpu, layer: &LayerInputs<'_>, maps: &SunMaps, above: [&Target; 2
     add(&shaders::BASE_LIGHT, base_light);
     if let Some(beam) = &maps.ground_beam {
         let transmittance = &tables.transmittance;
-        let binds = binds![frame, thickness, bounds, transmittance, &above_beam.levels[0], repeat, clamp, &beam.levels[0]];
+        let binds =
+            binds![frame, thickness, bounds, transmittance, &above_beam.levels[0], repeat, clamp, &beam.levels[0]];
         add(&shaders::BASE_BEAM, binds);
     }
     let base_column = binds![
