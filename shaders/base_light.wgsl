@@ -3,7 +3,7 @@
 // enters around them: the map of entry, blurred where the cloud is thick against the transport length.
 //
 // What goes on to a layer below counts as its sun's light: the beam with all that turned by less than 25 degrees. Below the
-// lowest layer it is the beam on the ground, which is narrower.
+// lowest layer it is what that layer turns by less than 5.
 @group(0) @binding(0) var<uniform> frame: Frame;
 @group(0) @binding(1) var thickness: texture_2d<f32>;
 @group(0) @binding(2) var bounds: texture_2d<f32>;
@@ -11,14 +11,13 @@
 @group(0) @binding(4) var reflectance: texture_2d<f32>;
 @group(0) @binding(5) var entry: texture_2d<f32>;
 @group(0) @binding(6) var blurred: texture_2d<f32>;
-@group(0) @binding(7) var above: texture_2d<f32>;      // what goes on from there
+@group(0) @binding(7) var above: texture_2d<f32>;
 @group(0) @binding(8) var repeat: sampler;
 @group(0) @binding(9) var clamped: sampler;
 @group(0) @binding(10) var beam_out: texture_storage_2d<rgba32float, write>;
 @group(0) @binding(11) var tilted_out: texture_storage_2d<rgba32float, write>;
 @group(0) @binding(12) var entered_out: texture_storage_2d<rgba32float, write>;
 @group(0) @binding(13) var reflected_out: texture_storage_2d<rgba32float, write>;
-@group(0) @binding(14) var above_beam: texture_2d<f32>; // and of it what is the beam on the ground, for the lowest layer
 
 // Light spreads in clouds deeper than a third of a transport length (measured against Monte Carlo in three dimensions).
 const SPREADING: f32 = 3.0;
@@ -33,14 +32,12 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     let centre = (vec2<f32>(id.xy) + 0.5) / f32(frame.maps.texels);
     // What the layers above let go on.
     let lit = sample_periodic(above, repeat, centre + frame.place.above_uv, 0u).rgb;
-    let lit_beam = sample_periodic(above_beam, repeat, centre + frame.place.above_uv, 0u).rgb;
     let at_place = textureLoad(entry, id.xy, 0).x;
     let around = textureLoad(blurred, id.xy, 0).x;
     var entering_sum = 0.0;
     var beam = vec3<f32>(0.0);
     var tilted = vec3<f32>(0.0);
     var entered = vec3<f32>(0.0);
-    var entered_beam = vec3<f32>(0.0);
     var reflected = vec3<f32>(0.0);
     var sent_up = vec3<f32>(0.0);
     for (var i = 0u; i < SUNLIGHT_SAMPLES; i++) {
@@ -62,19 +59,15 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         entering_sum += entering;
         let down = sun_through(column_m);
         entered += entering * (down.total - going_on(down));
-        entered_beam += entering * going_on(down);
         reflected += entering
             * slab_reflectance(reflectance, clamped, frame.medium.extinction_550 * column_m * frame.sun.slant_cosine, frame.sun.slant_cosine);
     }
     let share = lit / f32(SUNLIGHT_SAMPLES);
-    let beam_share = lit_beam / f32(SUNLIGHT_SAMPLES);
-    // Light of the layers above that is no beam on the ground.
-    let wide_share = share - beam_share;
     // What the slanted ray sends up is needed for its mean alone: it travels in the fourth channels, and so does entry.
     sent_up *= share;
-    textureStore(beam_out, id.xy, vec4<f32>(beam * beam_share, sent_up.r));
-    textureStore(tilted_out, id.xy, vec4<f32>(tilted * share + beam * wide_share, sent_up.g));
-    textureStore(entered_out, id.xy, vec4<f32>(entered * share + entered_beam * wide_share, sent_up.b));
+    textureStore(beam_out, id.xy, vec4<f32>(beam * share, sent_up.r));
+    textureStore(tilted_out, id.xy, vec4<f32>(tilted * share, sent_up.g));
+    textureStore(entered_out, id.xy, vec4<f32>(entered * share, sent_up.b));
     textureStore(reflected_out, id.xy, vec4<f32>(reflected * share, entering_sum / f32(SUNLIGHT_SAMPLES)));
 }
 

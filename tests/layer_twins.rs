@@ -20,7 +20,9 @@ use skyloom::reference::cloud::Shaded;
 use skyloom::reference::{self, Map};
 use skyloom::render::Stages;
 use skyloom::slice::HostSlab;
-use twin::{BEAM_REL, CANCEL, SLICE_REL, TABLE_REL, allowed, check_each, largest, lifted, map, maps, place_error, values};
+use twin::{
+    BEAM_REL, CANCEL, SLICE_REL, TABLE_REL, allowed, check_each, largest, lifted, map, maps, place_error, values,
+};
 
 /// A layer's stages, and its number.
 fn layers(sky: &Sky, texture: &str, query: &[(&str, &str)]) -> Vec<Stages> {
@@ -53,7 +55,15 @@ impl Maps {
         let [transmittance, reflectance, phase] = &self.tables;
         let [from_below, from_above_light] = &self.light;
         let sun_share = &self.shares[usize::from(from_above)];
-        reference::cloud::Maps { transmittance, reflectance, from_below, from_above: from_above_light, sun_share, behind, phase }
+        reference::cloud::Maps {
+            transmittance,
+            reflectance,
+            from_below,
+            from_above: from_above_light,
+            sun_share,
+            behind,
+            phase,
+        }
     }
 
     /// By how much its light may be misread, and that of its sun relative.
@@ -100,7 +110,8 @@ fn clouds_of_layers_that_are_drawn_together() {
             let twin = |by_m: f64| {
                 let mut texels = vec![Shaded::default(); (view.size[0] * view.rows) as usize];
                 for (stages, maps) in stages.iter().zip(&maps) {
-                    let sunlight = reference::cloud::sunlight(&stages.frame, &stages.tables, stages.slab.as_ref().unwrap());
+                    let sunlight =
+                        reference::cloud::sunlight(&stages.frame, &stages.tables, stages.slab.as_ref().unwrap());
                     let (thickness, read) = (lifted(&maps.thickness, by_m), maps.read(from_above, behind));
                     texels = reference::cloud_plane::behind(&stages.frame, &view, &thickness, &read, sunlight, &texels);
                 }
@@ -109,11 +120,16 @@ fn clouds_of_layers_that_are_drawn_together() {
             let cloud = twin(0.0);
             // The place of a texel is misread by a few roundings, and with it the height of every layer.
             let misread_m = maps.iter().map(|maps| 4.0 * place_error(&maps.thickness, 4.0)).fold(0.0, f64::max);
-            let (places, shares) = maps.iter().map(Maps::places).fold((0.0, 0.0), |(a, b), (c, d)| (a + c, f64::max(b, d)));
+            let (places, shares) =
+                maps.iter().map(Maps::places).fold((0.0, 0.0), |(a, b), (c, d)| (a + c, f64::max(b, d)));
             let light: f64 = maps.iter().flat_map(|maps| maps.light.iter().map(largest)).sum();
             let relative = shares + stages.iter().map(of_method).sum::<f64>() + BEAM_REL;
-            let mut bounds = allowed(&cloud, &twin(misread_m), Tolerance::new(CANCEL * light.max(1.0) + places, relative));
-            bounds.iter_mut().zip(cloud.iter().zip(twin(-misread_m))).for_each(|(bound, (a, b))| *bound += (a - b).abs());
+            let mut bounds =
+                allowed(&cloud, &twin(misread_m), Tolerance::new(CANCEL * light.max(1.0) + places, relative));
+            bounds
+                .iter_mut()
+                .zip(cloud.iter().zip(twin(-misread_m)))
+                .for_each(|(bound, (a, b))| *bound += (a - b).abs());
             check_each(&format!("sky {number}, {query:?}"), &whole.output, &cloud, &bounds);
         }
     }
@@ -137,7 +153,6 @@ fn sunlight_from_layer_to_layer() {
                     entry: &entry,
                     blurred: &entering,
                     above: &above,
-                    above_beam: &above_beam,
                 };
                 let beam = reference::base_beam::main(&stages.frame, &thickness, transmittance, &above_beam);
                 (reference::base_light::main(&stages.frame, &maps), beam)
@@ -158,7 +173,12 @@ fn sunlight_from_layer_to_layer() {
             }
             for (name, gpu, twin, other) in found {
                 let (twin, other) = (values(twin, gpu), values(other, gpu));
-                check_each(name, &gpu.data, &twin, &allowed(&twin, &other, tolerance));
+                check_each(
+                    &format!("{name}, lowest {}", stages.frame.place.lowest),
+                    &gpu.data,
+                    &twin,
+                    &allowed(&twin, &other, tolerance),
+                );
             }
         }
     }
@@ -188,7 +208,10 @@ fn skies_of_layers_that_are_drawn_together() {
         }
         let twin: Vec<f64> = texels.iter().flat_map(|texel| texel.texel().to_array()).collect();
         let bright = twin.iter().copied().fold(0.0, f64::max);
-        let far = twin.iter().zip(&clouds.texels).filter(|(a, b)| (**a - f64::from(**b)).abs() > 2e-3 * (a.abs() + 0.01 * bright));
+        let far = twin
+            .iter()
+            .zip(&clouds.texels)
+            .filter(|(a, b)| (**a - f64::from(**b)).abs() > 2e-3 * (a.abs() + 0.01 * bright));
         let count = far.count();
         assert!(count <= twin.len() / 100, "{count} of {}", twin.len());
     }

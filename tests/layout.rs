@@ -236,7 +236,7 @@ fn a_swap_in_the_real_text_is_seen() {
         source.replace("base_m: f32", "@@").replace("depth_m: f32", "base_m: f32").replace("@@", "depth_m: f32");
     assert_ne!(source, swapped);
     let (_, host) =
-        host_layout!(Placement { offset_uv, shift_uv, above_uv, extent_m, base_m, depth_m, max_steps, spare });
+        host_layout!(Placement { offset_uv, shift_uv, above_uv, extent_m, base_m, depth_m, max_steps, lowest, spare });
     assert_ne!(wgsl_layout(&parse(&swapped), "Placement"), host);
 }
 

@@ -147,12 +147,11 @@ fn check_bounds(stages: &Stages) {
 /// Light of the layer's maps: every pass is fed with what the device itself had.
 fn check_sunlight(stages: &Stages) {
     let (frame, tables) = (&stages.frame, &stages.tables);
-    let [thickness, own_entry, entering, above, above_beam, transmittance, reflectance, diffuse] = [
+    let [thickness, own_entry, entering, above, transmittance, reflectance, diffuse] = [
         &stages.thickness,
         &stages.entry,
         &stages.entering,
         &stages.above,
-        &stages.above_beam,
         &tables.transmittance,
         &tables.reflectance,
         &tables.diffuse,
@@ -187,12 +186,11 @@ fn check_sunlight(stages: &Stages) {
             entry: &own_entry,
             blurred: &entering,
             above: &above,
-            above_beam: &above_beam,
         };
         reference::base_light::main(frame, &maps)
     };
     let (twin, other) = (base(&thickness), base(&higher));
-    let places = (place_error(&above, 1.0) + place_error(&above_beam, 1.0)) * largest(&own_entry).max(1.0);
+    let places = place_error(&above, 1.0) * largest(&own_entry).max(1.0);
     for (name, gpu, twin, other) in [
         ("base_light, beam", &stages.beam, &twin.beam, &other.beam),
         ("base_light, tilted", &stages.tilted, &twin.tilted, &other.tilted),
@@ -205,13 +203,6 @@ fn check_sunlight(stages: &Stages) {
         let scale = 1.0 + largest(&own_entry);
         let tolerance = Tolerance::new(TABLE_REL * scale + places, TABLE_REL);
         check_each(name, &gpu.data, &twin, &allowed(&twin, &other, tolerance));
-    }
-
-    if let Some(gpu) = &stages.ground_beam {
-        let beam = |thickness| reference::base_beam::main(frame, thickness, &transmittance, &above_beam);
-        let (twin, other) = (values(&beam(&thickness), gpu), values(&beam(&higher), gpu));
-        let tolerance = Tolerance::new(TABLE_REL + place_error(&above_beam, 1.0), BEAM_REL);
-        check_each("base_beam", &gpu.data, &twin, &allowed(&twin, &other, tolerance));
     }
 
     let column = |thickness| reference::base_column::main(frame, thickness, &transmittance, &diffuse);

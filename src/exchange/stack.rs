@@ -270,7 +270,8 @@ impl<'a> Stack<'a> {
         let mut faces = vec![Faces::default(); 3 * count * texels];
         let of_texel = |texel: usize, faces: &mut [Faces]| {
             [0, 1, 2].map(|colour| {
-                let (ground, faces) = (upwelling[texel][colour].into(), &mut faces[colour * count..(colour + 1) * count]);
+                let (ground, faces) =
+                    (upwelling[texel][colour].into(), &mut faces[colour * count..(colour + 1) * count]);
                 let escaping = match self.angles {
                     [] => self.lit::<1>(texel, colour, ground, faces),
                     _ => self.lit::<MOMENTS>(texel, colour, ground, faces),

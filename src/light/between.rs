@@ -13,8 +13,7 @@ use std::f64::consts::PI;
 /// `base_light` and `base_column`); fourth channels hold what the slanted ray sends up.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct ColumnMaps {
-    /// What goes on at the base as the sun's light, of the lowest layer the beam on the ground; fourth channel: red light sent
-    /// up along the slanted ray.
+    /// What goes on at the base as the sun's light; fourth channel: red light sent up along the slanted ray.
     pub beam: Vec<[f32; 4]>,
     /// Diffuse light at the base along the slanted ray; fourth channel: green light sent up.
     pub tilted: Vec<[f32; 4]>,
@@ -26,6 +25,8 @@ pub struct ColumnMaps {
     pub through: Vec<[f32; 4]>,
     /// Part of even light that is not sent back.
     pub not_reflected: Vec<[f32; 4]>,
+    /// What of the light that goes on is the beam on the ground.
+    pub ground_beam: Vec<[f32; 4]>,
 }
 
 /// Mean fluxes of a scene per square metre of ground, three colours: what enters is what leaves and what is absorbed.
@@ -65,6 +66,11 @@ fn colours(value: impl Fn(usize) -> f64) -> [f64; 3] {
 /// Ratio of two means; 1 where there is nothing.
 fn ratio(wanted: f64, found: f64) -> f64 {
     if found > 1e-30 { wanted / found } else { 1.0 }
+}
+
+/// What comes through of light, 0..=1; all where there is next to none.
+fn ratio_at_most_one(through: f32, light: f32) -> f64 {
+    if light > 1e-30 { f64::from(through / light).min(1.0) } else { 1.0 }
 }
 
 /// Part of diffuse light that is taken by entry; the rest is by slanted rays.
@@ -130,19 +136,35 @@ pub(super) fn solve(columns: &[ColumnMaps], inputs: &LightInputs<'_>) -> Between
             [down.collect(), up, plain(&maps.through), plain(&maps.not_reflected)]
         })
         .collect();
+    let centre = |i: usize| (i as f64 + 0.5) / side as f64;
+    let shifted = |[u, v]: [f64; 2], value: &dyn Fn(usize) -> [f64; 3]| -> Vec<[f32; 3]> {
+        let at = |x: usize, y: usize| value(y * side + x);
+        let texel = |i: usize| bilinear([side; 2], [centre(i % side) + u, centre(i / side) + v], at);
+        (0..side * side).map(|i| texel(i).map(|value| value as f32)).collect()
+    };
+    let lowest = &columns[0];
+    let at_base = |i: usize| colours(|c| f64::from((sun[c] * f64::from(lowest.ground_beam[i][c])) as f32));
+    let beam = shifted(inputs.shift_uv, &at_base);
+    let mut downs: Vec<Vec<[f32; 3]>> = sources.iter().map(|[down, ..]| down.clone()).collect();
+    if let (Some(above), Some(down)) = (columns.get(1), downs.last_mut()) {
+        // What the layers above turned by more than the ground's beam and the lowest one lets by leaves those above diffuse.
+        let single = |map: &[[f32; 4]], i: usize| colours(|c| map[i][c].into());
+        let lit = shifted(inputs.above_uv, &|i| single(&above.beam, i));
+        let passing = |i: usize| colours(|c| ratio_at_most_one(lowest.beam[i][c], lit[i][c]));
+        let passing = shifted(inputs.above_uv.map(|uv| -uv), &passing);
+        let wide = |i: usize, c: usize| (above.beam[i][c] - above.ground_beam[i][c]).max(0.0) * passing[i][c];
+        let scale = colours(|c| {
+            let found = (0..side * side).map(|i| f64::from(wide(i, c))).sum::<f64>() / (side * side) as f64;
+            sun[c] * ratio(mean(&lowest.beam, c) - mean(&lowest.ground_beam, c), found)
+        });
+        for (i, down) in down.iter_mut().enumerate() {
+            *down = [0, 1, 2].map(|c| down[c] + (scale[c] * f64::from(wide(i, c))) as f32);
+        }
+    }
     let layers: Vec<Layer<'_>> = sources
         .iter()
-        .map(|[down, up, transmitted, not_reflected]| Layer { down, up, transmitted, not_reflected })
-        .collect();
-    let beam_at_base = |x: usize, y: usize| {
-        let texel = columns[0].beam[y * side + x];
-        colours(|c| f64::from((sun[c] * f64::from(texel[c])) as f32))
-    };
-    let [shift_u, shift_v] = inputs.shift_uv;
-    let centre = |i: usize| (i as f64 + 0.5) / side as f64;
-    let beam: Vec<[f32; 3]> = (0..side * side)
-        .map(|i| bilinear([side; 2], [centre(i % side) + shift_u, centre(i / side) + shift_v], beam_at_base))
-        .map(|texel| texel.map(|value| value as f32))
+        .zip(&downs)
+        .map(|([_, up, transmitted, not_reflected], down)| Layer { down, up, transmitted, not_reflected })
         .collect();
     let albedo: Vec<[f32; 3]> = inputs.albedo.data.chunks(4).map(|texel| [texel[0], texel[1], texel[2]]).collect();
     let angles: Vec<_> = inputs.layers.iter().rev().filter_map(|layer| layer.angles.clone()).collect();

@@ -35,6 +35,8 @@ pub(crate) struct LightInputs<'a> {
     pub(crate) extent_m: f64,
     /// From a ground point to where its sun ray crosses the lowest base, domains.
     pub(crate) shift_uv: [f64; 2],
+    /// From a point of the lowest base to where its sun ray crosses that of the layer above, domains.
+    pub(crate) above_uv: [f64; 2],
     pub(crate) grids: &'a Grids,
     pub(crate) transport: Transport,
     /// Of the ground, on the exchange grid.

@@ -15,7 +15,7 @@ pub(crate) struct SunMaps {
     half_blurred: Target,
     /// What goes on at the base as the sun's light.
     pub(crate) beam: Target,
-    /// What of it is the beam on the ground: of all layers but the lowest, where it is the same.
+    /// What of it is the beam on the ground; of a single layer it is the same.
     pub(crate) ground_beam: Option<Target>,
     pub(crate) tilted: Target,
     pub(crate) entered: Target,
@@ -33,7 +33,7 @@ const REACH: f64 = 3.0;
 const MOST_TAPS: i32 = 96;
 
 impl SunMaps {
-    fn new(gpu: &Gpu, grids: &Grids, lowest: bool) -> Self {
+    fn new(gpu: &Gpu, grids: &Grids, alone: bool) -> Self {
         let size = [grids.sun_texels; 2];
         let single = |label| gpu.texture(label, size, 1, 1);
         let levels = grids.level() + 1;
@@ -43,7 +43,7 @@ impl SunMaps {
             blurred: single("blurred"),
             half_blurred: single("half_blurred"),
             beam: colours("beam"),
-            ground_beam: (!lowest).then(|| gpu.texture("ground_beam", size, 4, 1)),
+            ground_beam: (!alone).then(|| colours("ground_beam")),
             tilted: colours("tilted"),
             entered: colours("entered"),
             reflected: colours("reflected"),
@@ -64,8 +64,9 @@ impl SunMaps {
     }
 
     /// Those that the host reads.
-    fn averaged(&self) -> [&Target; 6] {
-        [&self.beam, &self.tilted, &self.entered, &self.reflected, &self.through, &self.not_reflected]
+    fn averaged(&self) -> [&Target; 7] {
+        let Self { beam, tilted, entered, reflected, through, not_reflected, .. } = self;
+        [beam, tilted, entered, reflected, through, not_reflected, self.on_ground()]
     }
 }
 
@@ -78,7 +79,8 @@ pub fn blur(axis: [i32; 2], sigma_texels: f64) -> Blur {
 /// Maps of all layers, lowest first.
 pub(crate) fn maps(gpu: &Gpu, inputs: &LightInputs<'_>, deadline: Option<Instant>) -> Result<Vec<SunMaps>, GpuError> {
     let open = gpu.texture_from("open sun", [1, 1], 4, &[1.0; 4]);
-    let maps: Vec<SunMaps> = (0..inputs.layers.len()).map(|number| SunMaps::new(gpu, inputs.grids, number == 0)).collect();
+    let alone = inputs.layers.len() == 1;
+    let maps: Vec<SunMaps> = inputs.layers.iter().map(|_| SunMaps::new(gpu, inputs.grids, alone)).collect();
     let mut all = Vec::new();
     for (i, layer) in inputs.layers.iter().enumerate().rev() {
         let above = maps.get(i + 1).map_or([&open; 2], |above| [&above.beam, above.on_ground()]);
@@ -119,13 +121,12 @@ fn passes(gpu: &Gpu, layer: &LayerInputs<'_>, maps: &SunMaps, above: [&Target; 2
         &maps.tilted.levels[0],
         &maps.entered.levels[0],
         &maps.reflected.levels[0],
-        // Layers that do not light the ground have no beam there.
-        if maps.ground_beam.is_none() { &above_beam.levels[0] } else { &above.levels[0] },
     ];
     add(&shaders::BASE_LIGHT, base_light);
     if let Some(beam) = &maps.ground_beam {
         let transmittance = &tables.transmittance;
-        let binds = binds![frame, thickness, bounds, transmittance, &above_beam.levels[0], repeat, clamp, &beam.levels[0]];
+        let binds =
+            binds![frame, thickness, bounds, transmittance, &above_beam.levels[0], repeat, clamp, &beam.levels[0]];
         add(&shaders::BASE_BEAM, binds);
     }
     let base_column = binds![
@@ -140,7 +141,9 @@ fn passes(gpu: &Gpu, layer: &LayerInputs<'_>, maps: &SunMaps, above: [&Target; 2
         &maps.not_reflected.levels[0],
     ];
     add(&shaders::BASE_COLUMN, base_column);
-    for target in maps.averaged() {
+    // The last is one of the others where there is one layer.
+    let averaged = maps.averaged();
+    for target in &averaged[..averaged.len() - usize::from(maps.ground_beam.is_none())] {
         for level in 1..target.levels.len() {
             let binds = binds![&target.levels[level - 1], &target.levels[level]];
             passes.push(Pass::new(&shaders::DOWNSAMPLE, target.level_size(level), binds));
@@ -170,6 +173,7 @@ pub(crate) fn read(
             reflected: next(),
             through: next(),
             not_reflected: next(),
+            ground_beam: next(),
         })
         .collect())
 }

@@ -37,8 +37,6 @@ pub struct Maps<'a> {
     pub blurred: &'a Map,
     /// What goes on from the layer above as the sun's light.
     pub above: &'a Map,
-    /// And of it what is the beam on the ground, for the lowest layer.
-    pub above_beam: &'a Map,
 }
 
 /// Light spreads in clouds deeper than a third of a transport length.
@@ -62,11 +60,10 @@ pub fn main(frame: &Frame, maps: &Maps<'_>) -> BaseLight {
     let going_on = |through: &SunThrough| if frame.place.lowest == 1 { through.beam } else { through.forward };
     let texel = |x: usize, y: usize| {
         let centre = texel_centre(x, y, [frame.maps.texels; 2]);
-        let lit = |map: &Map| rgb(map.sample_periodic((centre + vec2(frame.place.above_uv)).to_array()));
-        let (lit, lit_beam) = (lit(maps.above), lit(maps.above_beam));
+        let lit = rgb(maps.above.sample_periodic((centre + vec2(frame.place.above_uv)).to_array()));
         let (at_place, around) = (maps.entry.texel(x, y)[0], maps.blurred.texel(x, y)[0]);
         let mut entering_sum = 0.0;
-        let mut sums = [DVec3::ZERO; 6];
+        let mut sums = [DVec3::ZERO; 5];
         for uv in samples(frame, x, y) {
             let height_m = maps.thickness.sample_periodic((uv + vec2(frame.place.offset_uv)).to_array())[0];
             let column_m = height_m / cosine;
@@ -85,20 +82,16 @@ pub fn main(frame: &Frame, maps: &Maps<'_>) -> BaseLight {
                 going_on(&along),
                 along.total - going_on(&along),
                 entering * (down.total - going_on(&down)),
-                entering * going_on(&down),
                 entering * reflectance(column_m),
                 reflectance(path_m),
             ];
             sums.iter_mut().zip(parts).for_each(|(sum, part)| *sum += part);
         }
-        let [beam, tilted, entered, entered_beam, reflected, sent_up] = sums.map(|sum| sum / SAMPLES as f64);
-        // Light of the layers above that is no beam on the ground.
-        let wide = lit - lit_beam;
-        let (reflected, sent_up) = (lit * reflected, lit * sent_up);
+        let [beam, tilted, entered, reflected, sent_up] = sums.map(|sum| lit * sum / SAMPLES as f64);
         [
-            (lit_beam * beam).extend(sent_up.x),
-            (lit * tilted + wide * beam).extend(sent_up.y),
-            (lit * entered + wide * entered_beam).extend(sent_up.z),
+            beam.extend(sent_up.x),
+            tilted.extend(sent_up.y),
+            entered.extend(sent_up.z),
             reflected.extend(entering_sum / SAMPLES as f64),
         ]
         .map(|texel| texel.to_array())

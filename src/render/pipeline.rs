@@ -322,6 +322,7 @@ fn lit(gpu: &Gpu, job: &Job, watch: &Watch, run: &Run, frames: &[wgpu::Buffer]) 
         air: moment.illumination.air_below,
         extent_m: moment.extent_m,
         shift_uv: moment.layers[0].shift_uv,
+        above_uv: moment.layers[0].above_uv,
         grids: &moment.grids,
         transport: moment.plan.transport,
         albedo: &ground.means(moment.grids.exchange_texels),

@@ -30,11 +30,11 @@ pub struct Stages {
     pub entering: HostMap,
     /// What goes on from the layer above as the sun's light; one texel under the open sun.
     pub above: HostMap,
-    /// And of it what is the beam on the ground.
+    /// And of it what is the beam on the ground, where there is a layer below.
     pub above_beam: HostMap,
     /// What goes on at the base as the sun's light; fourth channel: red light sent up along slanted rays.
     pub beam: HostMap,
-    /// What of it is the beam on the ground, of all layers but the lowest.
+    /// What of it is the beam on the ground, where there are several layers.
     pub ground_beam: Option<HostMap>,
     /// Diffuse light at the base along slanted rays; fourth channel: green light sent up.
     pub tilted: HostMap,
