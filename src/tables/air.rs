@@ -3,7 +3,7 @@
 use super::error::TableError;
 use super::library::{Artefact, TableLibrary};
 use crate::atmosphere::wavelength::aerosol_depth;
-use crate::atmosphere::{Aerosol, Air, Boundary, Medium, Moments, Quality};
+use crate::atmosphere::{Aerosol, Air, Boundary, Medium, Moments, Quality, Resolution};
 use crate::scene::quantity::Quantity as _;
 use crate::scene::{AerosolColumn, AirColumn};
 use crate::spectrum::WAVELENGTHS_NM;
@@ -39,13 +39,16 @@ impl AirMix {
         Self { column, ground_albedo: [r, 0.5 * (r + g), g, b], quality }
     }
 
-    fn air(&self, wave: usize) -> Air {
+    fn medium(&self, wave: usize) -> Medium {
         let wavelength_nm = WAVELENGTHS_NM[wave];
         let AerosolColumn { optical_depth, angstrom, asymmetry, albedo, scale_height_m } = self.column.aerosol;
         let depth = aerosol_depth(optical_depth.get(), angstrom.get(), wavelength_nm);
         let aerosol = Aerosol::henyey_greenstein(depth, scale_height_m.get(), albedo.get(), asymmetry.get());
-        let medium = Medium::new(wavelength_nm, self.column.rayleigh.get(), self.column.ozone_du.get(), aerosol);
-        Air::new(medium, Boundary::ground(self.ground_albedo[wave]))
+        Medium::new(wavelength_nm, self.column.rayleigh.get(), self.column.ozone_du.get(), aerosol)
+    }
+
+    fn air(&self, wave: usize) -> Air {
+        Air::new(self.medium(wave), Boundary::ground(self.ground_albedo[wave]))
     }
 }
 
@@ -67,6 +70,12 @@ impl Artefact for AirMix {
         let mut hash = Sha256::new();
         for number in air.iter().chain(&self.ground_albedo) {
             hash.update(number.to_bits().to_le_bytes());
+        }
+        // Tables that other rules of resolution made are others.
+        for wave in 0..WAVELENGTHS_NM.len() {
+            for number in Resolution::new(self.quality, &self.medium(wave)).numbers() {
+                hash.update((number as u64).to_le_bytes());
+            }
         }
         let name = hash.finalize().iter().take(16).fold(String::with_capacity(32), |mut text, byte| {
             // Writing to a String cannot fail.
