@@ -158,6 +158,11 @@ impl Plan {
         let mut choices = Vec::new();
         let mut add =
             |stage, choice: String, reason: String, error| choices.push(Choice { stage, choice, reason, error });
+        if self.reference.is_some() && request.wanted.sphere().is_some() {
+            let choice = "reference (Monte Carlo on a round Earth)".to_owned();
+            add("sky", choice, "asked for".to_owned(), 0.5 * self.tolerance);
+            return choices;
+        }
         if scene.layers.is_empty() && request.wanted.sphere().is_some() {
             add("sky", "the ground and the sky".to_owned(), "there are no clouds".to_owned(), 0.0);
             return choices;
