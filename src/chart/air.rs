@@ -35,8 +35,8 @@ pub(super) fn make(_: &TableLibrary, progress: &(dyn Fn(f64) + Sync)) -> Result<
             continue;
         }
         let same: Vec<usize> = (number..cases.len()).filter(|&other| cases[other].is_air_of(&cases[number])).collect();
-        for method in 0..METHODS.len() {
-            let prepared = METHODS[method].prepare(&cases[number], true);
+        for (method, named) in METHODS.iter().enumerate() {
+            let prepared = named.prepare(&cases[number], true);
             found.extend(same.iter().flat_map(|&case| errors(method, case, &prepared, &exact[case])));
         }
         progress(TRUTH + (1.0 - TRUTH) * (number + 1) as f64 / cases.len() as f64);
