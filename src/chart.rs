@@ -1,10 +1,11 @@
 //! Charts of how exact and how fast each method of slab light, of moving fields, of exchanged light, of sunlight through
-//! uneven cloud and of air with clouds in it is, as pictures (SVG) and tables (CSV).
+//! uneven cloud, of clear air and of air with clouds in it is, as pictures (SVG) and tables (CSV).
 //!
 //! `truth` solves slabs exactly, `medium` has each method in double precision, `row` lists them, `errors` and `cost` measure; `slab`, `fluxes`,
-//! `radiance`, `modified`, `validity`, `field`, `exchange`, `light` and `coupling` are one chart each; `figure` draws; `file` is what comes
+//! `radiance`, `modified`, `validity`, `field`, `exchange`, `light`, `air` and `coupling` are one chart each; `figure` draws; `file` is what comes
 //! out; `sample` is what a test computes again.
 
+mod air;
 mod cost;
 mod coupling;
 mod csv;
@@ -84,6 +85,12 @@ pub const CHARTS: &[Chart] = &[
         about: "sunlight through uneven cloud: cost against error",
         make: light::make,
         sample: Some(light::sample),
+    },
+    Chart {
+        name: "air",
+        about: "clear air: error of every method by sun, and cost",
+        make: air::make,
+        sample: Some(air::sample),
     },
     Chart {
         name: "coupling",

@@ -162,6 +162,11 @@ impl Plan {
             add("draw", "marks and a grid of degrees".to_owned(), "a test picture of directions".to_owned(), 0.0);
             return choices;
         }
+        if self.reference.is_some() && request.wanted.sphere().is_some() {
+            let choice = "reference (Monte Carlo on a round Earth)".to_owned();
+            add("sky", choice, "asked for".to_owned(), 0.5 * self.tolerance);
+            return choices;
+        }
         if scene.layers.is_empty() && request.wanted.sphere().is_some() {
             add("sky", "the ground and the sky".to_owned(), "there are no clouds".to_owned(), 0.0);
             return choices;

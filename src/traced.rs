@@ -2,8 +2,10 @@
 
 mod cloud;
 mod ground;
+mod sky;
 mod texels;
 
 pub(crate) use cloud::add_sunlight;
 pub(crate) use ground::trace_ground;
+pub(crate) use sky::trace_sky;
 pub(crate) use texels::Traced;

@@ -6,6 +6,7 @@ mod common;
 
 use common::sky::{Sky, hg_layer};
 use serde_json::{Value, json};
+use skyloom::axes::Axes;
 use skyloom::projection::{Sphere, SphereLayout};
 use skyloom::render::Texture;
 use std::f64::consts::PI;
@@ -39,7 +40,7 @@ fn irradiance(sky: &mut Sky, scene: &Value, component: &str) -> [f64; 3] {
 /// What a panorama shines on a level surface at its eye.
 fn shining(seen: &Texture, eye: [f64; 3]) -> [f64; 3] {
     let (width, height) = (seen.width, seen.height);
-    let sphere = Sphere { layout: SphereLayout::Equirect, eye };
+    let sphere = Sphere { layout: SphereLayout::Equirect, axes: Axes::Enu, eye };
     let mut sum = [0.0; 3];
     for (i, texel) in seen.data.chunks_exact(3).enumerate() {
         let (x, y) = ((i as u32 % width) as f64 + 0.5, (i as u32 / width) as f64 + 0.5);

@@ -80,6 +80,43 @@ fn a_clear_sky_is_that_of_direct_integration() {
     }
 }
 
+/// Paths from the eye against the air's tables, with the standard errors that come with them; scalar light against tables of
+/// scalar light.
+#[test]
+fn a_traced_sky_is_that_of_the_tables_within_its_standard_errors() {
+    let mut sky = Sky::open();
+    for (zenith, eye_m, polarisation) in [(52.0, 700.0, true), (86.0, 20.0, false)] {
+        let atmosphere =
+            json!({ "aerosol": { "optical_depth": 0.2, "asymmetry": 0.66 }, "polarisation": polarisation });
+        let scene = clear(zenith, atmosphere, 0.3);
+        let eye = format!("0,0,{eye_m}");
+        let query = [("size", "6"), ("eye", eye.as_str()), ("tolerance", "0.04")];
+        let fast = sky.render(&scene, "sky", &query);
+        let traced = sky.render(&scene, "sky", &[&query[..], &[("method", "reference"), ("seed", "3")]].concat());
+        assert!(fast.standard_error.is_none());
+        let errors = traced.standard_error.as_ref().unwrap();
+        let (mut squares, mut count) = (0.0, 0);
+        let colours = errors.chunks(3).zip(fast.data.chunks(3));
+        for (([_, _, up], _, values), (errors, fast)) in texels(&traced, [0.0, 0.0, eye_m]).into_iter().zip(colours) {
+            for (value, (error, fast)) in values.into_iter().zip(errors.iter().zip(fast)) {
+                let error = f64::from(*error);
+                // Half of the tolerance is aimed at.
+                assert!(error > 0.0 && error < 0.025 * value, "{value} +- {error}");
+                // Of texels within 30 degrees, their height, of the horizon the fast picture has the mean of several rays.
+                if up.abs() > 0.6 {
+                    let off = (f64::from(*fast) - value) / error.hypot(0.006 * value);
+                    assert!(off.abs() < 4.5, "{fast} is not {value} +- {error}, rise {up}");
+                    squares += off * off;
+                    count += 1;
+                }
+            }
+        }
+        let rms = (squares / f64::from(count)).sqrt();
+        println!("sun {zenith}, polarisation {polarisation}: {rms:.2} standard errors rms of {count} values");
+        assert!(count > 100 && rms < 1.4, "sun {zenith}: {rms}");
+    }
+}
+
 /// What a panorama shines on the ground is the diffuse irradiance: within 1 % for an even sky (texels of 1.4 degrees are flat
 /// pieces of it, and the fluxes are integrated with a phase function cut at the table's degree).
 #[test]

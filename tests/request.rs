@@ -222,6 +222,32 @@ fn errors_of_a_view_of_the_sky_name_the_field() {
     }
 }
 
+/// A sky is traced where the tracer knows all that is in it, and small.
+#[test]
+fn a_traced_sky_is_small_and_clear() {
+    let scene = |more: &str| Scene::from_json(format!("{{{more}}}").as_bytes()).unwrap();
+    let air = r#""atmosphere": "haze""#;
+    let refused = |more: &str, size: &str| {
+        let request = parse("sky.f32", &[("method", "reference"), ("size", size)]).unwrap();
+        match request.of(&scene(more)) {
+            Ok(_) => Vec::new(),
+            Err(errors) => errors.iter().map(|error| format!("{}: {}", error.pointer, error.detail)).collect(),
+        }
+    };
+    assert!(refused(air, "64").is_empty());
+    let cloudy = format!(r#"{air}, "layers": [{{"thickness": {{"kind": "uniform", "metres": 100}}}}]"#);
+    let mapped = format!(r#"{air}, "ground": {{"albedo": {{"image": "{}"}}}}"#, "0".repeat(64));
+    for (more, size, pointer, word) in [
+        (cloudy.as_str(), "16", "method", "layers of cloud in the scene: 1"),
+        (r#""atmosphere": {"sky": 1}"#, "16", "method", "light is given"),
+        (mapped.as_str(), "16", "method", "albedo is an image"),
+        (air, "128", "size", "at most 16384 texels of a sky, which takes minutes; this is 32768"),
+    ] {
+        let [found] = refused(more, size).try_into().unwrap();
+        assert!(found.starts_with(pointer) && found.contains(word), "{found}");
+    }
+}
+
 /// The table in the documents is the one that queries are read by.
 #[test]
 fn the_documents_have_the_table() {

@@ -81,6 +81,16 @@ impl Resolution {
         resolution.degree = resolution.degree.max(enough);
         // Fewer azimuths would alias the highest harmonic; they are taken two at a time.
         resolution.azimuths = resolution.azimuths.max(resolution.degree + 2).next_multiple_of(2);
+        // So would fewer directions: with 8 for a degree of 16, radiance in aerosol of 0.35 to 0.8 with an asymmetry of
+        // 0.8 is off by 1.8 % rms by day, with 10 by 0.4 to 0.6.
+        resolution.directions = resolution.directions.max(resolution.degree / 2 + 2);
         resolution
+    }
+
+    /// All of it, which tables depend on.
+    #[must_use]
+    pub fn numbers(&self) -> [usize; 7] {
+        let Self { degree, heights, suns, directions, azimuths, steps, orders } = *self;
+        [degree, heights, suns, directions, azimuths, steps, orders]
     }
 }

@@ -165,6 +165,10 @@ impl Pipeline {
             run.texels = clock.time("reference", trace)?.into();
             return Ok(run);
         }
+        if let (Some(reference), Some(sphere)) = (reference, request.wanted.sphere()) {
+            run.texels = clock.time("reference", || traced::trace_sky(job, reference.seed, sphere, watch))?.into();
+            return Ok(run);
+        }
         watch.look()?;
         if needs.light || needs.slab || needs.ground_sun || all {
             run.tables = clock.time("tables", || Ok::<_, RenderError>(self.tables(job, moment)))?;

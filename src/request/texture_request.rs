@@ -2,7 +2,10 @@
 
 use super::wanted::{Cloud, Sky, TextureKind, Wanted};
 use crate::encode::{Exposure, Format, Output, Picture};
-use crate::scene::{Atmosphere, FieldError, Scene};
+use crate::scene::{Atmosphere, FieldError, GroundAlbedo, Scene};
+
+/// The methods that every scene can have.
+const FAST: &str = "tabulated, analytic";
 
 /// A request for one texture.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -25,6 +28,9 @@ impl Request {
 
     /// Highest eye that looks at the sky, m: about where air ends.
     pub const MAX_EYE_M: f64 = 100_000.0;
+
+    /// Texels of a sky at most where it is traced: a tenth of a second each, or several at dusk.
+    pub const MAX_TRACED_TEXELS: u64 = 128 * 128;
 
     /// The kind of texture.
     pub fn texture(&self) -> TextureKind {
@@ -84,7 +90,22 @@ impl Request {
                 wrong("eye", detail);
             }
             if self.wanted.reference().is_some() {
-                wrong("method", "reference does not trace a whole sky; allowed: tabulated, analytic".to_owned());
+                let traces = "reference traces the sky of clear physical air over ground of one albedo";
+                if count > 0 {
+                    wrong("method", format!("{traces}; layers of cloud in the scene: {count}; allowed: {FAST}"));
+                } else if matches!(scene.atmosphere, Atmosphere::Given(_)) {
+                    wrong("method", format!("{traces}; the scene's light is given; allowed: {FAST}"));
+                } else if matches!(scene.ground.albedo, GroundAlbedo::Map { .. }) {
+                    wrong("method", format!("{traces}; the scene's albedo is an image; allowed: {FAST}"));
+                }
+                let texels = self.texels(scene).into_iter().map(u64::from).product::<u64>();
+                if texels > Self::MAX_TRACED_TEXELS {
+                    let detail = format!(
+                        "reference traces at most {} texels of a sky, which takes minutes; this is {texels}",
+                        Self::MAX_TRACED_TEXELS
+                    );
+                    wrong("size", detail);
+                }
             }
         } else if self.wanted.reference().is_some() {
             if self.texture().needs().slab && count > 1 {

@@ -3,7 +3,7 @@
 use super::error::TableError;
 use super::library::{Artefact, TableLibrary};
 use crate::atmosphere::wavelength::aerosol_depth;
-use crate::atmosphere::{Aerosol, Air, Boundary, Medium, Moments, Quality, SlantColumns};
+use crate::atmosphere::{Aerosol, Air, Boundary, Medium, Moments, Quality, Resolution, SlantColumns};
 use crate::scene::quantity::Quantity as _;
 use crate::scene::{AerosolColumn, AirColumn};
 use crate::spectrum::WAVELENGTHS_NM;
@@ -100,6 +100,12 @@ impl Artefact for AirMix {
         let mut hash = Sha256::new();
         for number in air.iter().chain(&self.ground_albedo) {
             hash.update(number.to_bits().to_le_bytes());
+        }
+        // Tables that other rules of resolution made are others.
+        for wave in 0..WAVELENGTHS_NM.len() {
+            for number in Resolution::new(self.quality, &self.medium(wave)).numbers() {
+                hash.update((number as u64).to_le_bytes());
+            }
         }
         let name = name(hash);
         let light = if self.column.polarisation { "vector" } else { "scalar" };

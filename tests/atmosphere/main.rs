@@ -4,6 +4,7 @@
 #![allow(clippy::print_stdout, reason = "how much of each tolerance is used")]
 
 mod formulas;
+mod held_out;
 mod limits;
 mod parts;
 mod truth;
