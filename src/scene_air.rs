@@ -18,7 +18,11 @@ use std::sync::Arc;
 ///
 /// # Errors
 /// The image of the ground's albedo is not among them.
-pub fn air_mix(scene: &Scene, images: &HashMap<String, Arc<Image>>, plan: &Plan) -> Result<Option<AirMix>, MissingImage> {
+pub fn air_mix(
+    scene: &Scene,
+    images: &HashMap<String, Arc<Image>>,
+    plan: &Plan,
+) -> Result<Option<AirMix>, MissingImage> {
     let Atmosphere::Air(column) = &scene.atmosphere else { return Ok(None) };
     let ground = GroundMap::new(&scene.ground.albedo, images)?.mean();
     Ok(Some(AirMix::new(*column, ground, plan.tolerance)))
@@ -132,7 +136,8 @@ const DARK: f64 = 1e-30;
 
 /// Ratio of two lights in red, green and blue, between the least and the greatest ratio of a wavelength; 1 in the dark.
 fn relative(with: [f64; 4], without: [f64; 4]) -> [f64; 3] {
-    let ratios: [f64; 4] = std::array::from_fn(|wave| if without[wave] > DARK { with[wave] / without[wave] } else { 1.0 });
+    let ratios: [f64; 4] =
+        std::array::from_fn(|wave| if without[wave] > DARK { with[wave] / without[wave] } else { 1.0 });
     let (least, greatest) = ratios.iter().fold((f64::MAX, 0.0_f64), |(a, b), &ratio| (a.min(ratio), b.max(ratio)));
     // Colours beyond Rec.709, as of the last light of a setting sun, have parts below 0: then the nearest wavelength counts.
     let near = [ratios[0], ratios[1], ratios[3]];
@@ -168,12 +173,7 @@ impl AirBelow {
     /// Of a moment's clouds. In the mean over the domain light then is that of the clouds as even layers in air; from place to
     /// place it varies as it does without air.
     /// Of the sun the cosine of its zenith, and its irradiance relative to that at its mean distance.
-    pub fn new(
-        air: &SceneAir,
-        tables: &CoveredTables,
-        moment: &CoverMoment,
-        [sun_cosine, nearness]: [f64; 2],
-    ) -> Self {
+    pub fn new(air: &SceneAir, tables: &CoveredTables, moment: &CoverMoment, [sun_cosine, nearness]: [f64; 2]) -> Self {
         let mut below = Self::NONE;
         let change = |irradiance: &dyn Fn(&CoverLight) -> f64| moment.change(tables.clearness, nearness, irradiance);
         // Along the sphere: a level layer of air lets nothing through from the horizon.

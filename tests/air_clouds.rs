@@ -69,7 +69,10 @@ fn ground_under_an_even_cover_has_the_light_of_cloud_and_air_together() {
             let found = irradiance(&mut sky, &scene, "total");
             println!("sun {zenith}, depth {depth}, ground {albedo}: {found:.3?}, {wanted:.3?}");
             for c in 0..3 {
-                assert!((found[c] / wanted[c] - 1.0).abs() < 0.015, "sun {zenith}, depth {depth}: {found:?}, {wanted:?}");
+                assert!(
+                    (found[c] / wanted[c] - 1.0).abs() < 0.015,
+                    "sun {zenith}, depth {depth}: {found:?}, {wanted:?}"
+                );
             }
         }
     }
@@ -147,7 +150,8 @@ fn clouds_in_air_have_finite_light_everywhere() {
                 ("sky", vec![("size", "8"), ("eye", "0,0,15000"), ("tolerance", "0.1")]),
             ] {
                 let found = sky.render(&scene, texture, &query);
-                let wrong = found.data.iter().find(|value| !(value.is_finite() && **value >= 0.0 && **value < 65_504.0));
+                let wrong =
+                    found.data.iter().find(|value| !(value.is_finite() && **value >= 0.0 && **value < 65_504.0));
                 assert!(wrong.is_none(), "{texture}, sun {zenith}: {wrong:?}");
             }
         }

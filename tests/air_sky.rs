@@ -67,8 +67,9 @@ fn a_clear_sky_is_that_of_direct_integration() {
             }
             let azimuth_deg = east.atan2(north).to_degrees() - 150.0;
             let view = View::new(up.asin().to_degrees(), azimuth_deg, sun_cosine);
-            let exact =
-                rec709([0, 1, 2, 3].map(|wave| march(&air.clear.waves[wave], eye_m, sun_cosine, view, STEPS).radiance()));
+            let exact = rec709(
+                [0, 1, 2, 3].map(|wave| march(&air.clear.waves[wave], eye_m, sun_cosine, view, STEPS).radiance()),
+            );
             for c in 0..3 {
                 error += (value[c] / exact[c] - 1.0).powi(2);
                 count += 1;

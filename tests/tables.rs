@@ -2,9 +2,9 @@
 //! old or renamed.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test stops where it fails")]
 
-use skyloom::scene_air::air_mix;
 use skyloom::optics::{Mix, OpticsError};
 use skyloom::plan::Plan;
+use skyloom::scene_air::air_mix;
 use skyloom::store;
 use skyloom::tables::{AirMix, Artefact, Detail, MixTables, TableError, TableLibrary};
 use skyloom::{Images, Request, Scene};

@@ -16,11 +16,11 @@ use axum::response::{IntoResponse, Response};
 use futures_util::stream;
 use serde::Serialize;
 use sha2::{Digest as _, Sha256};
-use skyloom::scene_air::{air_mix, covered_mix};
 use skyloom::plan::{Choice, Plan, expected_error, meets_tolerance};
 use skyloom::render::{Images, Job};
 use skyloom::request::{Request, RequestError};
 use skyloom::scene::Scene;
+use skyloom::scene_air::{air_mix, covered_mix};
 use skyloom::tables::TableError;
 
 use crate::app::{App, blocking};

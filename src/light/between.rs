@@ -115,7 +115,8 @@ pub(super) fn solve(columns: &[ColumnMaps], inputs: &LightInputs<'_>) -> Between
     let side = inputs.grids.exchange_texels as usize;
     let sun = inputs.sun;
     let sky = inputs.sky.map(|radiance| PI * radiance);
-    let shares: Vec<Share> = columns.iter().zip(inputs.air.within).map(|(maps, air)| share(maps, inputs.transport, air)).collect();
+    let shares: Vec<Share> =
+        columns.iter().zip(inputs.air.within).map(|(maps, air)| share(maps, inputs.transport, air)).collect();
     let rgb = |map: &[[f32; 4]], value: &dyn Fn(usize, &[f32; 4]) -> f64| -> Vec<[f32; 3]> {
         map.iter().map(|texel| [0, 1, 2].map(|c| value(c, texel) as f32)).collect()
     };

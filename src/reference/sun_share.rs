@@ -32,7 +32,9 @@ pub fn main(frame: &Frame, share: &Share, maps: &Maps<'_>) -> [Map; 2] {
     let below = Map::from_fn(side, side, |x, y| {
         let at = |map: &Map| rgb(map.texel(x, y));
         let diffuse = at(maps.tilted).lerp(vec3(share.entry_scale) * at(maps.entered), share.entry_weight.into());
-        (vec3(share.in_air) * (at(maps.beam) + diffuse) / at(maps.column).max(DVec3::splat(1e-9))).extend(lit(x, y).y).to_array()
+        (vec3(share.in_air) * (at(maps.beam) + diffuse) / at(maps.column).max(DVec3::splat(1e-9)))
+            .extend(lit(x, y).y)
+            .to_array()
     });
     let above = Map::from_fn(side, side, |x, y| {
         let lit = lit(x, y);

@@ -138,7 +138,8 @@ impl CoveredMix {
 
     fn tables(&self, waves: [Moments; 4], covers: [Cover; 4], airless: [Cover; 4]) -> CoveredTables {
         let heights_m = self.layers.iter().map(|layer| [layer.base_m, layer.base_m + layer.mean_m()]).collect();
-        let clear = |wave: usize| AirSlab::new(&self.air.medium(wave), 0.0, covers[wave].top_m()).diffuse().transmittance;
+        let clear =
+            |wave: usize| AirSlab::new(&self.air.medium(wave), 0.0, covers[wave].top_m()).diffuse().transmittance;
         let clearness = [clear(0), clear(1), clear(2), clear(3)];
         let reflectances = self.layers.iter().map(|layer| CHANNELS.map(|channel| layer.reflectance(channel))).collect();
         let part = self.parts().1;
@@ -203,11 +204,7 @@ impl TableLibrary {
     ///
     /// # Errors
     /// When somebody else was making them and panicked.
-    pub fn covered(
-        &self,
-        mix: &CoveredMix,
-        progress: &(dyn Fn(f64) + Sync),
-    ) -> Result<Arc<CoveredTables>, TableError> {
+    pub fn covered(&self, mix: &CoveredMix, progress: &(dyn Fn(f64) + Sync)) -> Result<Arc<CoveredTables>, TableError> {
         self.artefact(mix, progress)
     }
 

@@ -95,8 +95,10 @@ impl Broken {
                 tables: Arc::clone(&job.tables()[number]),
             });
             towards_sun = job.illumination().towards_sun;
-            air =
-                job.air().map(|air| air.clear.waves.iter().map(|wave| wave.air.medium.clone()).collect()).unwrap_or_default();
+            air = job
+                .air()
+                .map(|air| air.clear.waves.iter().map(|wave| wave.air.medium.clone()).collect())
+                .unwrap_or_default();
         }
         let albedo = scene["ground"]["albedo"].as_f64().unwrap_or_default() as f32;
         Ok(Self {
