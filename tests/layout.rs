@@ -46,7 +46,7 @@ macro_rules! host_layout {
 
 fn host_layouts() -> Vec<(&'static str, Layout)> {
     vec![
-        host_layout!(Sun { towards, slant_cosine, irradiance, cosine, radius, discs, spare }),
+        host_layout!(Sun { towards, slant_cosine, irradiance, cosine, radius, discs, spare, through_air, spare_2 }),
         host_layout!(Medium {
             extinction,
             extinction_550,
@@ -106,7 +106,7 @@ fn host_layouts() -> Vec<(&'static str, Layout)> {
         }),
         host_layout!(Backdrop { sun, horizon, extent_m, asymmetry, spare }),
         host_layout!(Blur { axis, radius, sharpness }),
-        host_layout!(Share { entry_scale, entry_weight, reflect_scale, spare }),
+        host_layout!(Share { entry_scale, entry_weight, reflect_scale, spare, in_air, spare_2 }),
         host_layout!(Remainder {
             depth_scale,
             depths,

@@ -105,7 +105,7 @@ fn twilight_darkens_steadily_and_ends_in_night() {
             // At 109 degrees but for rounding.
             assert!(curve[97..].iter().all(|x| *x == 0.0));
         }
-        let sky = SunSky::new(&moments, 0.0, cos_degrees(109.01), LAYOUT, End::Atmosphere);
+        let sky = SunSky::new(&*moments, 0.0, cos_degrees(109.01), LAYOUT, End::Atmosphere);
         assert!(sky.above.sky.iter().all(|x| *x == 0.0));
         assert_eq!(diffuse_fluxes(&moments, 0.0, cos_degrees(109.5)).down, 0.0);
     }
@@ -114,7 +114,7 @@ fn twilight_darkens_steadily_and_ends_in_night() {
 #[test]
 fn the_sky_does_not_depend_on_azimuth_when_the_sun_is_at_the_zenith() {
     let moments = table("std", 440.0, false);
-    let sky = SunSky::new(&moments, 2.0, 1.0, Layout::default(), End::Atmosphere);
+    let sky = SunSky::new(&*moments, 2.0, 1.0, Layout::default(), End::Atmosphere);
     for elevation_deg in [1.0, 30.0, 80.0] {
         let first = sky.radiance(elevation_deg, 0.0);
         for azimuth_deg in [50.0, 180.0] {

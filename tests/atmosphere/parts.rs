@@ -25,7 +25,7 @@ fn textures_show_what_direct_evaluation_does() {
         let mut errors = Errors::default();
         for zenith_deg in [20.0, 50.0, 70.0, 82.0, 88.0, 95.0] {
             let sun = cos_degrees(zenith_deg);
-            let sky = SunSky::new(&moments, 2.0, sun, Layout::default(), End::Atmosphere);
+            let sky = SunSky::new(&*moments, 2.0, sun, Layout::default(), End::Atmosphere);
             for (i, j) in (0..22).flat_map(|i| (0..15).map(move |j| (i, j))) {
                 let (elevation_deg, azimuth_deg) = (4.1 * f64::from(i) + 0.7, 12.3 * f64::from(j));
                 let view = View::new(elevation_deg, azimuth_deg, sun);
@@ -46,7 +46,7 @@ fn air_before_a_layer_and_air_behind_it_make_the_whole_sky() {
         let mut errors = Errors::default();
         for zenith_deg in [40.0, 75.0, 86.0] {
             let sun = cos_degrees(zenith_deg);
-            let sky = SunSky::new(&moments, eye_m, sun, layout, End::Shell(shell_m));
+            let sky = SunSky::new(&*moments, eye_m, sun, layout, End::Shell(shell_m));
             for elevation_deg in [-70.0, -30.0, -18.0, 3.0, 12.0, 60.0_f64] {
                 let cosine = elevation_deg.to_radians().sin();
                 let distance = if eye_m < shell_m && elevation_deg > 0.0 {
