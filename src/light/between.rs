@@ -68,9 +68,10 @@ fn ratio(wanted: f64, found: f64) -> f64 {
     if found > 1e-30 { wanted / found } else { 1.0 }
 }
 
-/// What comes through of light, 0..=1; all where there is next to none.
-fn ratio_at_most_one(through: f32, light: f32) -> f64 {
-    if light > 1e-30 { f64::from(through / light).min(1.0) } else { 1.0 }
+/// What comes through of light; all where there is next to none. Both are means over texels that are shifted against each
+/// other: around edges more than all may come through in one and less in the next.
+fn passing_part(through: f32, light: f32) -> f64 {
+    if light > 1e-30 { f64::from(through / light).min(2.0) } else { 1.0 }
 }
 
 /// Part of diffuse light that is taken by entry; the rest is by slanted rays.
@@ -149,7 +150,7 @@ pub(super) fn solve(columns: &[ColumnMaps], inputs: &LightInputs<'_>) -> Between
         // What the layers above turned by more than the ground's beam and the lowest one lets by leaves those above diffuse.
         let single = |map: &[[f32; 4]], i: usize| colours(|c| map[i][c].into());
         let lit = shifted(inputs.above_uv, &|i| single(&above.beam, i));
-        let passing = |i: usize| colours(|c| ratio_at_most_one(lowest.beam[i][c], lit[i][c]));
+        let passing = |i: usize| colours(|c| passing_part(lowest.beam[i][c], lit[i][c]));
         let passing = shifted(inputs.above_uv.map(|uv| -uv), &passing);
         let wide = |i: usize, c: usize| (above.beam[i][c] - above.ground_beam[i][c]).max(0.0) * passing[i][c];
         let scale = colours(|c| {
