@@ -152,7 +152,18 @@ pub(super) fn solve(columns: &[ColumnMaps], inputs: &LightInputs<'_>) -> Between
         let lit = shifted(inputs.above_uv, &|i| single(&above.beam, i));
         let passing = |i: usize| colours(|c| passing_part(lowest.beam[i][c], lit[i][c]));
         let passing = shifted(inputs.above_uv.map(|uv| -uv), &passing);
-        let wide = |i: usize, c: usize| (above.beam[i][c] - above.ground_beam[i][c]).max(0.0) * passing[i][c];
+        let by_ray = |i: usize, c: usize| f64::from((above.beam[i][c] - above.ground_beam[i][c]).max(0.0));
+        // Where it comes out is told by ray and by entry, as for all diffuse light; by entry half as much, as light that hardly turned
+        // stays near its ray.
+        let weight = 0.5 * f64::from(entry_weight(inputs.transport));
+        let by_entry = colours(|c| {
+            let wide = (0..side * side).map(|i| by_ray(i, c)).sum::<f64>() / (side * side) as f64;
+            ratio(wide, mean(&above.entered, c))
+        });
+        let wide = |i: usize, c: usize| {
+            let entered = by_entry[c] * f64::from(above.entered[i][c]);
+            (((1.0 - weight) * by_ray(i, c) + weight * entered) * f64::from(passing[i][c])) as f32
+        };
         let scale = colours(|c| {
             let found = (0..side * side).map(|i| f64::from(wide(i, c))).sum::<f64>() / (side * side) as f64;
             sun[c] * ratio(mean(&lowest.beam, c) - mean(&lowest.ground_beam, c), found)
