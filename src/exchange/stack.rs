@@ -159,16 +159,11 @@ impl<const N: usize> Column<N> {
         system[0][0] = (leaving - others).max(LEAST_LEAVING);
         let mut solved = arriving;
         for pivot in 0..N {
-            for row in 0..N {
-                if row != pivot {
-                    let factor = system[row][pivot] / system[pivot][pivot];
-                    for l in pivot..N {
-                        system[row][l] -= factor * system[pivot][l];
-                    }
-                    for m in 0..M {
-                        solved[row][m] -= factor * solved[pivot][m];
-                    }
-                }
+            let (system_row, solved_row) = (system[pivot], solved[pivot]);
+            for row in (0..N).filter(|row| *row != pivot) {
+                let factor = system[row][pivot] / system_row[pivot];
+                system[row].iter_mut().zip(system_row).skip(pivot).for_each(|(to, from)| *to -= factor * from);
+                solved[row].iter_mut().zip(solved_row).for_each(|(to, from)| *to -= factor * from);
             }
         }
         std::array::from_fn(|k| solved[k].map(|value| value / system[k][k]))

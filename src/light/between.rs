@@ -68,9 +68,10 @@ fn ratio(wanted: f64, found: f64) -> f64 {
     if found > 1e-30 { wanted / found } else { 1.0 }
 }
 
-/// What comes through of light, 0..=1; all where there is next to none.
-fn ratio_at_most_one(through: f32, light: f32) -> f64 {
-    if light > 1e-30 { f64::from(through / light).min(1.0) } else { 1.0 }
+/// What comes through of light; all where there is next to none. Both are means over texels that are shifted against each
+/// other: around edges more than all may come through in one and less in the next.
+fn passing_part(through: f32, light: f32) -> f64 {
+    if light > 1e-30 { f64::from(through / light).min(2.0) } else { 1.0 }
 }
 
 /// Part of diffuse light that is taken by entry; the rest is by slanted rays.
@@ -151,9 +152,20 @@ pub(super) fn solve(columns: &[ColumnMaps], inputs: &LightInputs<'_>) -> Between
         // What the layers above turned by more than the ground's beam and the lowest one lets by leaves those above diffuse.
         let single = |map: &[[f32; 4]], i: usize| colours(|c| map[i][c].into());
         let lit = shifted(inputs.above_uv, &|i| single(&above.beam, i));
-        let passing = |i: usize| colours(|c| ratio_at_most_one(lowest.beam[i][c], lit[i][c]));
+        let passing = |i: usize| colours(|c| passing_part(lowest.beam[i][c], lit[i][c]));
         let passing = shifted(inputs.above_uv.map(|uv| -uv), &passing);
-        let wide = |i: usize, c: usize| (above.beam[i][c] - above.ground_beam[i][c]).max(0.0) * passing[i][c];
+        let by_ray = |i: usize, c: usize| f64::from((above.beam[i][c] - above.ground_beam[i][c]).max(0.0));
+        // Where it comes out is told by ray and by entry, as for all diffuse light; by entry half as much, as light that hardly turned
+        // stays near its ray.
+        let weight = 0.5 * f64::from(entry_weight(inputs.transport));
+        let by_entry = colours(|c| {
+            let wide = (0..side * side).map(|i| by_ray(i, c)).sum::<f64>() / (side * side) as f64;
+            ratio(wide, mean(&above.entered, c))
+        });
+        let wide = |i: usize, c: usize| {
+            let entered = by_entry[c] * f64::from(above.entered[i][c]);
+            (((1.0 - weight) * by_ray(i, c) + weight * entered) * f64::from(passing[i][c])) as f32
+        };
         let scale = colours(|c| {
             let found = (0..side * side).map(|i| f64::from(wide(i, c))).sum::<f64>() / (side * side) as f64;
             sun[c] * ratio(mean(&lowest.beam, c) - mean(&lowest.ground_beam, c), found)
