@@ -10,7 +10,6 @@
 
 pub mod air;
 pub mod contents;
-pub mod factors;
 pub mod grid;
 pub mod layer;
 pub mod level;
@@ -20,7 +19,6 @@ pub mod solve;
 pub mod stack;
 
 pub use air::AirSlab;
-pub use factors::SkyFactors;
 pub use layer::{CloudLayer, Column};
 pub use level::Level;
 pub use light::CoverLight;

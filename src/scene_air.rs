@@ -224,13 +224,9 @@ impl Under for UnderCover<'_> {
 
     fn shade(&self, height_m: f64, _sun_cosine: f64) -> Shade {
         let (level, open) = (self.with.at(height_m), self.without.top.direct);
+        let [mean, net] = level.moments();
         let beam = if open > DARK { self.without.at(height_m).direct / open } else { 1.0 - self.part };
-        Shade {
-            beam: beam.clamp(0.0, 1.0),
-            clear: 1.0 - self.part,
-            mean: self.part * level.mean,
-            net: self.part * (level.down - level.up) / (4.0 * PI),
-        }
+        Shade { beam: beam.clamp(0.0, 1.0), clear: 1.0 - self.part, mean: self.part * mean, net: self.part * net }
     }
 }
 

@@ -22,7 +22,8 @@ pub struct Shade {
 impl Shade {
     /// The clouds' light scattered into a view upwards of this cosine, by air of these coefficients and the aerosol's
     /// asymmetry: to first order in the phase function.
-    pub(super) fn scattered(self, weight: Coefficients, asymmetry: f64, view_cosine: f64) -> f64 {
+    #[must_use]
+    pub fn scattered(self, weight: Coefficients, asymmetry: f64, view_cosine: f64) -> f64 {
         let even = (weight.rayleigh + weight.aerosol) * self.mean;
         (even + 3.0 * weight.aerosol * asymmetry * view_cosine * self.net).max(0.0)
     }

@@ -2,8 +2,6 @@
 
 use std::f64::consts::PI;
 
-use crate::atmosphere::{Aerosol, Coefficients};
-
 /// Irradiances on a level surface at a height and the mean radiance there, per unit sun.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Level {
@@ -26,15 +24,11 @@ impl Level {
         self.direct + self.down
     }
 
-    /// Diffuse light that air at this height scatters along a view, per metre and steradian. `coefficients` are those of the
-    /// height; `view_cosine` is that of the view's zenith angle, positive for a view upwards.
-    ///
-    /// It has the first two moments of the light, which suffice for phase functions up to their asymmetry. The beam is not in it.
+    /// The first two moments of its diffuse light over all directions, 1/sr: mean radiance, and the downward less the upward
+    /// irradiance over 4 pi.
     #[must_use]
-    pub fn source(&self, coefficients: Coefficients, aerosol: &Aerosol, view_cosine: f64) -> f64 {
-        let net = (self.down - self.up) / (4.0 * PI);
-        let scattered = (coefficients.rayleigh + coefficients.aerosol) * self.mean;
-        (scattered + 3.0 * coefficients.aerosol * aerosol.moment(1) * view_cosine * net).max(0.0)
+    pub fn moments(&self) -> [f64; 2] {
+        [self.mean, (self.down - self.up) / (4.0 * PI)]
     }
 
     /// A level between this and another; `share` of the other, 0 to 1.

@@ -1,8 +1,8 @@
 //! Parts of the coupling against closed forms and the exact tables of a slab.
 
 use crate::{conservative, droplets, layer, vacuum};
-use skyloom::atmosphere::{Aerosol, COSINES, Coefficients, Medium, cosine_rule};
-use skyloom::cover::{AirSlab, Cover, Level, SkyFactors};
+use skyloom::atmosphere::{Aerosol, COSINES, Coefficients, Medium, Shade};
+use skyloom::cover::{AirSlab, Cover, Level};
 use skyloom::slab::fluxes::FluxTable;
 use std::f64::consts::PI;
 use std::sync::LazyLock;
@@ -102,49 +102,15 @@ fn air_slabs_at_their_limits() {
     assert!(flux.reflectance < 1e-12 && (flux.transmittance / (-1.0_f64).exp() - 1.0).abs() < 1e-3, "{flux:?}");
 }
 
-/// The light of a sky, cosine by cosine, through the tables.
-#[test]
-fn factors_of_a_sky_are_those_of_its_directions() {
-    let even = SkyFactors::new(&TABLE, &[3.0; COSINES]);
-    let dark = SkyFactors::new(&TABLE, &[0.0; COSINES]);
-    for factors in [even, dark] {
-        let values = factors.transmitted.iter().chain(&factors.reflected);
-        values.for_each(|value| assert!((value - 1.0).abs() < 1e-12));
-    }
-    let skies = [[0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0], [9.0, 4.0, 2.0, 1.5, 1.2, 1.1, 1.0, 1.0]];
-    for sky in skies {
-        let factors = SkyFactors::new(&TABLE, &sky);
-        for depth in [1.0 / 64.0, 0.5, 4.0, 32.0, 1024.0] {
-            let mean = |weights: &dyn Fn(usize) -> f64, transmitted: bool| {
-                let mut sums = [0.0; 2];
-                for (k, (mu, weight)) in cosine_rule().iter().enumerate() {
-                    let flux = TABLE.beam(depth, *mu);
-                    let part = if transmitted { flux.transmittance } else { flux.reflectance };
-                    sums[0] += mu * weight * weights(k) * part;
-                    sums[1] += mu * weight * weights(k);
-                }
-                sums[0] / sums[1]
-            };
-            for (found, transmitted) in [(factors.transmitted_at(depth), true), (factors.reflected_at(depth), false)] {
-                let exact = mean(&|k| sky[k], transmitted) / mean(&|_| 1.0, transmitted);
-                assert!((found - exact).abs() < 1e-9 * exact, "{depth}: {found}, {exact}");
-            }
-        }
-        // Outside of the nodes, and for no number, they stay.
-        assert_eq!(factors.transmitted_at(0.0), factors.transmitted[0]);
-        assert_eq!(factors.transmitted_at(f64::NAN), factors.transmitted[0]);
-        assert_eq!(factors.reflected_at(1e9), factors.reflected[SkyFactors::NODES - 1]);
-    }
-    // Light from overhead passes better than light of all directions, and is reflected less.
-    let overhead = SkyFactors::new(&TABLE, &skies[0]);
-    assert!(overhead.transmitted_at(10.0) > 1.1 && overhead.reflected_at(10.0) < 0.95);
-}
-
 /// Light that is even within each hemisphere, through phase functions whose integral over it is known.
 #[test]
 fn scattered_light_of_two_hemispheres() {
-    let (above, below) = (1.0, 0.3);
-    let level = Level { height_m: 0.0, direct: 5.0, down: PI * above, up: PI * below, mean: 0.5 * (above + below) };
+    let (bright, dim) = (1.0, 0.3);
+    let level = Level { height_m: 0.0, direct: 5.0, down: PI * bright, up: PI * dim, mean: 0.5 * (bright + dim) };
+    let below = |level: Level| {
+        let [mean, net] = level.moments();
+        Shade { beam: 0.0, clear: 0.0, mean, net }
+    };
     let coefficients = Coefficients { rayleigh: 2e-5, aerosol: 7e-5, extinction: 1e-4 };
     for asymmetry in [-0.3, 0.0, 0.3] {
         let aerosol = Aerosol { moments: vec![1.0, asymmetry], ..Aerosol::none() };
@@ -152,13 +118,13 @@ fn scattered_light_of_two_hemispheres() {
             // P = 1 + 3 g c: over the upper hemisphere (1/4 pi) P has the integral 1/2 + 3/4 g view.
             let part = |side: f64| 0.5 + 0.75 * asymmetry * side * view;
             let exact =
-                coefficients.rayleigh * level.mean + coefficients.aerosol * (above * part(1.0) + below * part(-1.0));
-            let found = level.source(coefficients, &aerosol, view);
+                coefficients.rayleigh * level.mean + coefficients.aerosol * (bright * part(1.0) + dim * part(-1.0));
+            let found = below(level).scattered(coefficients, aerosol.moment(1), view);
             assert!((found - exact).abs() < 1e-15, "{asymmetry} {view}: {found}, {exact}");
         }
     }
     // Even light stays as it is, whatever scatters it.
     let even = Level { down: PI, up: PI, mean: 1.0, ..level };
-    let found = even.source(coefficients, &Aerosol::henyey_greenstein(0.1, 1e3, 1.0, 0.8), 0.9);
+    let found = below(even).scattered(coefficients, 0.8, 0.9);
     assert!((found - 9e-5).abs() < 1e-18);
 }
