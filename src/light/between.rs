@@ -70,8 +70,61 @@ fn ratio(wanted: f64, found: f64) -> f64 {
 
 /// What comes through of light; all where there is next to none. Both are means over texels that are shifted against each
 /// other: around edges more than all may come through in one and less in the next.
-fn passing_part(through: f32, light: f32) -> f64 {
-    if light > 1e-30 { f64::from(through / light).min(2.0) } else { 1.0 }
+fn passing_part(through: f32, light: f64) -> f64 {
+    if light > 1e-30 { (f64::from(through) / light).min(2.0) } else { 1.0 }
+}
+
+/// A map as it is at other places.
+fn shifted(side: usize, [u, v]: [f64; 2], value: &dyn Fn(usize) -> [f64; 3]) -> Vec<[f64; 3]> {
+    let centre = |i: usize| (i as f64 + 0.5) / side as f64;
+    let at = |x: usize, y: usize| value(y * side + x);
+    (0..side * side).map(|i| bilinear([side; 2], [centre(i % side) + u, centre(i / side) + v], at)).collect()
+}
+
+/// What layers turned by more than the ground's beam and by less than what goes on, and those below let by: it leaves the layer
+/// that turned it, diffuse. Relative; the mean is nearly that of what comes through the lowest base.
+fn wide(columns: &[ColumnMaps], inputs: &LightInputs<'_>) -> Vec<[f64; 3]> {
+    let side = inputs.grids.exchange_texels as usize;
+    let mut sum = vec![[0.0; 3]; side * side];
+    if columns.len() < 2 {
+        return sum;
+    }
+    // By ray and by entry, as all diffuse light; by entry half as much: what hardly turned stays near its ray.
+    let weight = 0.5 * f64::from(entry_weight(inputs.transport));
+    let goes_on = |map: &[[f32; 4]], i: usize| colours(|c| map[i][c].into());
+    let above = |number: usize, map: fn(&ColumnMaps) -> &[[f32; 4]]| match columns.get(number + 1) {
+        Some(above) => shifted(side, inputs.layers[number].above_uv, &|i| goes_on(map(above), i)),
+        None => vec![[1.0; 3]; side * side],
+    };
+    let lit: Vec<_> = (0..columns.len()).map(|number| above(number, |maps| &maps.beam)).collect();
+    let passing = |number: usize, i: usize| colours(|c| passing_part(columns[number].beam[i][c], lit[number][i][c]));
+    for number in 1..columns.len() {
+        let maps = &columns[number];
+        let lit_beam = above(number, |maps| &maps.ground_beam);
+        let own: Vec<[f64; 3]> = (0..side * side)
+            .map(|i| {
+                let part = passing(number, i);
+                let wide = |c: usize| f64::from(maps.beam[i][c]) - f64::from(maps.ground_beam[i][c]);
+                colours(|c| (wide(c) - part[c] * (lit[number][i][c] - lit_beam[i][c])).max(0.0))
+            })
+            .collect();
+        let by_entry = colours(|c| {
+            let mean_own = own.iter().map(|own| own[c]).sum::<f64>() / own.len() as f64;
+            if mean(&maps.entered, c) > 1e-30 { mean_own / mean(&maps.entered, c) } else { 0.0 }
+        });
+        let leaving =
+            |i: usize| colours(|c| (1.0 - weight) * own[i][c] + weight * by_entry[c] * f64::from(maps.entered[i][c]));
+        let mut left: Vec<[f64; 3]> = (0..side * side).map(leaving).collect();
+        let mut away = [0.0; 2];
+        for below in (0..number).rev() {
+            away = [0, 1].map(|axis| away[axis] - inputs.layers[below].above_uv[axis]);
+            for (left, part) in left.iter_mut().zip(shifted(side, away, &|i| passing(below, i))) {
+                *left = colours(|c| left[c] * part[c]);
+            }
+        }
+        sum.iter_mut().zip(left).for_each(|(sum, left)| *sum = colours(|c| sum[c] + left[c]));
+    }
+    sum
 }
 
 /// Part of diffuse light that is taken by entry; the rest is by slanted rays.
@@ -138,40 +191,19 @@ pub(super) fn solve(columns: &[ColumnMaps], inputs: &LightInputs<'_>) -> Between
             [down.collect(), up, plain(&maps.through), plain(&maps.not_reflected)]
         })
         .collect();
-    let centre = |i: usize| (i as f64 + 0.5) / side as f64;
-    let shifted = |[u, v]: [f64; 2], value: &dyn Fn(usize) -> [f64; 3]| -> Vec<[f32; 3]> {
-        let at = |x: usize, y: usize| value(y * side + x);
-        let texel = |i: usize| bilinear([side; 2], [centre(i % side) + u, centre(i / side) + v], at);
-        (0..side * side).map(|i| texel(i).map(|value| value as f32)).collect()
-    };
     let lowest = &columns[0];
     let at_base = |i: usize| colours(|c| f64::from((sun[c] * f64::from(lowest.ground_beam[i][c])) as f32));
-    let beam = shifted(inputs.shift_uv, &at_base);
+    let beam: Vec<[f32; 3]> =
+        shifted(side, inputs.shift_uv, &at_base).into_iter().map(|texel| texel.map(|value| value as f32)).collect();
     let mut downs: Vec<Vec<[f32; 3]>> = sources.iter().map(|[down, ..]| down.clone()).collect();
-    if let (Some(above), Some(down)) = (columns.get(1), downs.last_mut()) {
-        // What the layers above turned by more than the ground's beam and the lowest one lets by leaves those above diffuse.
-        let single = |map: &[[f32; 4]], i: usize| colours(|c| map[i][c].into());
-        let lit = shifted(inputs.above_uv, &|i| single(&above.beam, i));
-        let passing = |i: usize| colours(|c| passing_part(lowest.beam[i][c], lit[i][c]));
-        let passing = shifted(inputs.above_uv.map(|uv| -uv), &passing);
-        let by_ray = |i: usize, c: usize| f64::from((above.beam[i][c] - above.ground_beam[i][c]).max(0.0));
-        // Where it comes out is told by ray and by entry, as for all diffuse light; by entry half as much, as light that hardly turned
-        // stays near its ray.
-        let weight = 0.5 * f64::from(entry_weight(inputs.transport));
-        let by_entry = colours(|c| {
-            let wide = (0..side * side).map(|i| by_ray(i, c)).sum::<f64>() / (side * side) as f64;
-            ratio(wide, mean(&above.entered, c))
-        });
-        let wide = |i: usize, c: usize| {
-            let entered = by_entry[c] * f64::from(above.entered[i][c]);
-            (((1.0 - weight) * by_ray(i, c) + weight * entered) * f64::from(passing[i][c])) as f32
-        };
+    if let Some(down) = downs.last_mut() {
+        let wide = wide(columns, inputs);
         let scale = colours(|c| {
-            let found = (0..side * side).map(|i| f64::from(wide(i, c))).sum::<f64>() / (side * side) as f64;
+            let found = wide.iter().map(|wide| wide[c]).sum::<f64>() / (side * side) as f64;
             sun[c] * ratio(mean(&lowest.beam, c) - mean(&lowest.ground_beam, c), found)
         });
-        for (i, down) in down.iter_mut().enumerate() {
-            *down = [0, 1, 2].map(|c| down[c] + (scale[c] * f64::from(wide(i, c))) as f32);
+        for (down, wide) in down.iter_mut().zip(wide) {
+            *down = [0, 1, 2].map(|c| down[c] + (scale[c] * wide[c]) as f32);
         }
     }
     let layers: Vec<Layer<'_>> = sources

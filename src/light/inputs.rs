@@ -13,6 +13,8 @@ pub(crate) struct LayerInputs<'a> {
     /// The layer's [`crate::gpu::layout::Frame`].
     pub(crate) frame: &'a wgpu::Buffer,
     pub(crate) base_m: f64,
+    /// From a point of the base to where its sun ray crosses that of the layer above, domains.
+    pub(crate) above_uv: [f64; 2],
     pub(crate) field: &'a Field,
     pub(crate) tables: &'a DeviceTables,
     /// How it treats light by its angles, where there are layers to share light with.
@@ -35,8 +37,6 @@ pub(crate) struct LightInputs<'a> {
     pub(crate) extent_m: f64,
     /// From a ground point to where its sun ray crosses the lowest base, domains.
     pub(crate) shift_uv: [f64; 2],
-    /// From a point of the lowest base to where its sun ray crosses that of the layer above, domains.
-    pub(crate) above_uv: [f64; 2],
     pub(crate) grids: &'a Grids,
     pub(crate) transport: Transport,
     /// Of the ground, on the exchange grid.

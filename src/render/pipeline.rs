@@ -309,6 +309,7 @@ fn lit(gpu: &Gpu, job: &Job, watch: &Watch, run: &Run, frames: &[wgpu::Buffer]) 
     let layer = |number: usize| light::LayerInputs {
         frame: &frames[number],
         base_m: moment.layers[number].base_m,
+        above_uv: moment.layers[number].above_uv,
         field: &run.fields[number],
         tables: &run.tables[number].device,
         angles: (moment.layers.len() > 1).then(|| {
@@ -326,7 +327,6 @@ fn lit(gpu: &Gpu, job: &Job, watch: &Watch, run: &Run, frames: &[wgpu::Buffer]) 
         air: moment.illumination.air_below,
         extent_m: moment.extent_m,
         shift_uv: moment.layers[0].shift_uv,
-        above_uv: moment.layers[0].above_uv,
         grids: &moment.grids,
         transport: moment.plan.transport,
         albedo: &ground.means(moment.grids.exchange_texels),
