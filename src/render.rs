@@ -124,7 +124,7 @@ impl Renderer {
         let channels = request.texture().channels();
         request.output.finish(width, channels, &mut data, standard_error.as_deref_mut())?;
         self.pipeline.gpu.check()?;
-        let white = white(request, &illumination, &data, deepest_m.into()) as f32;
+        let white = white(request, illumination, &data, deepest_m.into()) as f32;
         Ok(Texture { width, height, channels, data, standard_error, white, plane_m, timings: clock.timings })
     }
 

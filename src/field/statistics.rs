@@ -78,8 +78,9 @@ mod tests {
     use crate::scene::Scene;
 
     fn of(thickness: &str) -> Vec<Column> {
-        let text =
-            format!(r#"{{"layers": [{{"base_m": 900, "thickness": {thickness}, "droplets": {{"effective_radius_um": 7}}}}]}}"#);
+        let text = format!(
+            r#"{{"layers": [{{"base_m": 900, "thickness": {thickness}, "droplets": {{"effective_radius_um": 7}}}}]}}"#
+        );
         let scene = Scene::from_json(text.as_bytes()).unwrap();
         columns(&scene.layers[0].thickness, &HashMap::new()).unwrap()
     }
@@ -87,7 +88,9 @@ mod tests {
     #[test]
     fn a_synthetic_field_has_its_coverage_and_mean() {
         for (coverage, mean) in [(0.0, 200.0), (0.02, 50.0), (0.55, 300.0), (1.0, 250.0)] {
-            let columns = of(&format!(r#"{{"kind": "stratocumulus", "pattern": "fractal", "coverage": {coverage}, "mean_m": {mean}}}"#));
+            let columns = of(&format!(
+                r#"{{"kind": "stratocumulus", "pattern": "fractal", "coverage": {coverage}, "mean_m": {mean}}}"#
+            ));
             let parts: f64 = columns.iter().map(|column| column.part).sum();
             assert!((parts - 1.0).abs() < 1e-12);
             let cloudy: f64 = columns.iter().filter(|c| c.thickness_m > 0.0).map(|c| c.part).sum();
