@@ -84,17 +84,16 @@ struct Off {
     pattern: f64,
 }
 
-/// What is found today, and a little more: there is no air between clouds and ground yet, and none inside clouds. To be
-/// lowered when the renderer becomes better; never raised.
+/// What is found today, and a little more. To be lowered when the renderer becomes better; never raised.
 const FOUND: [Off; 8] = [
-    Off { scene: "clear_30", component: "direct", mean: 0.112, pattern: 0.046 },
-    Off { scene: "clear_30", component: "diffuse", mean: 0.085, pattern: 0.053 },
-    Off { scene: "clear_60", component: "direct", mean: 0.158, pattern: 0.056 },
-    Off { scene: "clear_60", component: "diffuse", mean: 0.087, pattern: 0.076 },
-    Off { scene: "haze_50", component: "direct", mean: 0.89, pattern: 0.18 },
-    Off { scene: "haze_50", component: "diffuse", mean: 0.087, pattern: 0.117 },
-    Off { scene: "layers_70", component: "direct", mean: 0.62, pattern: 0.103 },
-    Off { scene: "layers_70", component: "diffuse", mean: 0.026, pattern: 0.164 },
+    Off { scene: "clear_30", component: "direct", mean: 0.025, pattern: 0.022 },
+    Off { scene: "clear_30", component: "diffuse", mean: 0.036, pattern: 0.040 },
+    Off { scene: "clear_60", component: "direct", mean: 0.009, pattern: 0.009 },
+    Off { scene: "clear_60", component: "diffuse", mean: 0.037, pattern: 0.060 },
+    Off { scene: "haze_50", component: "direct", mean: 0.016, pattern: 0.009 },
+    Off { scene: "haze_50", component: "diffuse", mean: 0.009, pattern: 0.115 },
+    Off { scene: "layers_70", component: "direct", mean: 0.017, pattern: 0.011 },
+    Off { scene: "layers_70", component: "diffuse", mean: 0.014, pattern: 0.160 },
 ];
 
 #[test]
