@@ -59,6 +59,7 @@ pub mod atmosphere;
 pub mod axes;
 pub mod chart;
 pub mod cover;
+pub mod cumulus;
 mod disc;
 pub mod encode;
 pub mod exchange;

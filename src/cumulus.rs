@@ -1,0 +1,8 @@
+//! Cumulus: clouds of spheres upon spheres with soft, rugged edges over a flat base, after the two published shaders for them,
+//! and light in them in three dimensions.
+
+mod body;
+mod relief;
+
+pub use body::{Body, Sphere};
+pub use relief::Relief;
