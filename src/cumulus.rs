@@ -2,7 +2,13 @@
 //! and light in them in three dimensions.
 
 mod body;
+pub mod dressed;
+pub mod lattice;
+mod march;
 mod relief;
+mod volume;
 
 pub use body::{Body, Sphere};
+pub use march::{Ray, Step, mean_density};
 pub use relief::Relief;
+pub use volume::Volume;

@@ -18,6 +18,7 @@ pub mod cloud_analytic;
 pub mod cloud_plane;
 pub mod cloud_sky;
 pub mod cloud_tabulated;
+pub mod cumulus;
 pub mod downsample;
 pub mod field_blend;
 pub mod field_bounds;

@@ -151,14 +151,14 @@ impl HostSlab {
 
 /// A slice on the device.
 pub(crate) struct DeviceSlice {
-    pub(crate) sides: [Target; 2],
+    pub(crate) sides: [wgpu::TextureView; 2],
     pub(crate) remainder: wgpu::Buffer,
 }
 
 impl DeviceSlice {
     pub(crate) fn new(gpu: &Gpu, host: &HostSlice) -> Self {
         let size = [host.size.depths(), host.size.zeniths, host.size.azimuths].map(|count| count as u32);
-        let side = |texels: &Vec<f16>| gpu.volume_from("slice", size, texels);
+        let side = |texels: &Vec<f16>| gpu.volume_from("slice", size, wgpu::TextureFormat::Rgba16Float, texels);
         Self { sides: host.texels.each_ref().map(side), remainder: gpu.uniform("remainder", &host.remainder) }
     }
 }

@@ -7,8 +7,8 @@
 use naga::valid::{Capabilities, ValidationFlags, Validator};
 use naga::{Expression, Literal, Module, ShaderStage, TypeInner};
 use skyloom::gpu::layout::{
-    self, Backdrop, Blend, Blur, Cells, Eddies, Frame, Histogram, Medium, Octaves, Placement, Remainder, Share,
-    SkyView, Step, Sun, SunMaps, Transfer, View,
+    self, Backdrop, Blend, Blur, Cells, Cumulus, Eddies, Frame, Histogram, Medium, Octaves, Placement, Remainder,
+    Share, SkyView, Step, Sun, SunMaps, Transfer, View,
 };
 use skyloom::gpu::shaders::{self, Shader};
 use skyloom::projection::SphereLayout;
@@ -105,6 +105,33 @@ fn host_layouts() -> Vec<(&'static str, Layout)> {
             spare_1,
         }),
         host_layout!(Backdrop { sun, horizon, extent_m, asymmetry, spare }),
+        host_layout!(Cumulus {
+            sun,
+            extent_m,
+            irradiance,
+            base_m,
+            extinction,
+            top_m,
+            kept,
+            low_m,
+            albedo,
+            floor_m,
+            asymmetry,
+            voxel_m,
+            beam,
+            band_m,
+            above,
+            edge_m,
+            below,
+            relief_m,
+            offset_m,
+            tile_m,
+            sun_radius,
+            cell_m,
+            lattice_floor_m,
+            spare_0,
+            spare_1
+        }),
         host_layout!(Blur { axis, radius, sharpness }),
         host_layout!(Share { entry_scale, entry_weight, reflect_scale, spare, in_air, spare_2 }),
         host_layout!(Remainder {

@@ -102,6 +102,35 @@ struct SkyView {
     spare_1: u32,
 }
 
+// A cumulus layer at one moment: where it is, what it is made of, how it is lit.
+struct Cumulus {
+    sun: vec3<f32>,           // unit vector towards it
+    extent_m: f32,            // side of the domain
+    irradiance: vec3<f32>,    // of the sun, facing it
+    base_m: f32,              // no cloud is below
+    extinction: vec3<f32>,    // per metre
+    top_m: f32,               // no cloud is above
+    kept: vec3<f32>,          // part of extinction without the forward peak
+    low_m: f32,               // no cloud is below, where its spheres end above the base
+    albedo: vec3<f32>,        // of scattering without the peak
+    floor_m: f32,             // lower face of the volume
+    asymmetry: vec3<f32>,     // three times that of scattering without the peak
+    voxel_m: f32,             // side of its cubes
+    beam: vec3<f32>,          // part of extinction that takes light out of the 5-degree beam
+    band_m: f32,              // depths that it holds
+    above: vec3<f32>,         // even radiance from the sky
+    edge_m: f32,              // over which density rises from 0 to 1
+    below: vec3<f32>,         // even radiance from the ground
+    relief_m: f32,            // by which noise moves the surface
+    offset_m: vec2<f32>,      // where the wind has carried the layer
+    tile_m: f32,              // side of the noise's tile
+    sun_radius: f32,          // of the sun's disc, radians
+    cell_m: f32,              // side of the lattice's cubes
+    lattice_floor_m: f32,     // lower face of the lattice
+    spare_0: u32,
+    spare_1: u32,
+}
+
 // What lies behind the clouds.
 struct Backdrop {
     sun: vec3<f32>,           // unit vector towards it

@@ -24,6 +24,10 @@ pub(crate) struct Gpu {
     pub(crate) trilinear: wgpu::Sampler,
     /// For half floats, which every device filters.
     pub(crate) linear: wgpu::Sampler,
+    /// The same that repeats across and ends above and below: volumes of the domain.
+    pub(crate) around: wgpu::Sampler,
+    /// The same that repeats in all directions.
+    pub(crate) tiling: wgpu::Sampler,
     /// The passes that ran, while somebody wants to know.
     pub(crate) recording: Recording,
     failure: Arc<Failure>,
@@ -90,6 +94,17 @@ impl Gpu {
                 ..Default::default()
             })
         };
+        let volume = |label, upwards| {
+            device.create_sampler(&wgpu::SamplerDescriptor {
+                label: Some(label),
+                address_mode_u: wgpu::AddressMode::Repeat,
+                address_mode_v: wgpu::AddressMode::Repeat,
+                address_mode_w: upwards,
+                mag_filter: wgpu::FilterMode::Linear,
+                min_filter: wgpu::FilterMode::Linear,
+                ..Default::default()
+            })
+        };
         let (one, blended) = (wgpu::MipmapFilterMode::Nearest, wgpu::MipmapFilterMode::Linear);
         let gpu = Self {
             summary,
@@ -103,6 +118,8 @@ impl Gpu {
             ),
             clamp: sampler("clamp", wgpu::AddressMode::ClampToEdge, filtering, one),
             linear: sampler("linear", wgpu::AddressMode::ClampToEdge, true, one),
+            around: volume("around", wgpu::AddressMode::ClampToEdge),
+            tiling: volume("tiling", wgpu::AddressMode::Repeat),
             recording: Recording::default(),
             failure,
             device,

@@ -3,7 +3,6 @@
 use super::device::Gpu;
 use super::error::GpuError;
 use super::shaders::{self, Shader};
-use half::f16;
 use std::collections::HashMap;
 use std::time::Instant;
 use wgpu::util::DeviceExt as _;
@@ -125,8 +124,14 @@ impl Gpu {
         target
     }
 
-    /// A volume of four half floats a texel, filled from the host: those are filtered on every device.
-    pub(crate) fn volume_from(&self, label: &str, size: [u32; 3], data: &[f16]) -> Target {
+    /// A volume of texels of a format that every device filters, or of whole numbers, filled from the host.
+    pub(crate) fn volume_from(
+        &self,
+        label: &str,
+        size: [u32; 3],
+        format: wgpu::TextureFormat,
+        data: &[impl bytemuck::NoUninit],
+    ) -> wgpu::TextureView {
         let extent = wgpu::Extent3d { width: size[0], height: size[1], depth_or_array_layers: size[2] };
         let texture = self.device.create_texture(&wgpu::TextureDescriptor {
             label: Some(label),
@@ -134,18 +139,19 @@ impl Gpu {
             mip_level_count: 1,
             sample_count: 1,
             dimension: wgpu::TextureDimension::D3,
-            format: wgpu::TextureFormat::Rgba16Float,
+            format,
             usage: wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_DST,
             view_formats: &[],
         });
-        self.queue.write_texture(
-            texture.as_image_copy(),
-            bytemuck::cast_slice(data),
-            wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(8 * size[0]), rows_per_image: Some(size[1]) },
-            extent,
-        );
-        let view = texture.create_view(&Default::default());
-        Target { texture, view, levels: Vec::new(), width: size[0], height: size[1], channels: 4 }
+        let bytes: &[u8] = bytemuck::cast_slice(data);
+        let slice = bytes.len() / size[2].max(1) as usize;
+        let layout = wgpu::TexelCopyBufferLayout {
+            offset: 0,
+            bytes_per_row: Some((slice / size[1].max(1) as usize) as u32),
+            rows_per_image: Some(size[1]),
+        };
+        self.queue.write_texture(texture.as_image_copy(), bytes, layout, extent);
+        texture.create_view(&Default::default())
     }
 
     /// A uniform buffer holding one host struct.

@@ -39,6 +39,8 @@ const SPHERE: &str = wgsl!("shared/sphere");
 const AIR: &str = wgsl!("shared/air");
 const CLOUD: &str = wgsl!("shared/cloud");
 const CLOUD_PLANE: &str = wgsl!("shared/cloud_plane");
+const CUMULUS: &str = wgsl!("shared/cumulus");
+const CUMULUS_LIGHT: &str = wgsl!("shared/cumulus_light");
 const CLOUD_SKY: &str = wgsl!("shared/cloud_sky");
 
 impl Shader {
@@ -95,6 +97,10 @@ shaders! {
     CLOUD_TABULATED: "cloud_tabulated", IMAGE, [PROJECTION, PATH, SLAB, CLOUD, CLOUD_PLANE];
     SKY_ANALYTIC: "sky_analytic" of "cloud_analytic", IMAGE, [SPHERE, AIR, PATH_SAMPLED, SLAB, CLOUD, CLOUD_SKY];
     SKY_TABULATED: "sky_tabulated" of "cloud_tabulated", IMAGE, [SPHERE, AIR, PATH_SAMPLED, SLAB, CLOUD, CLOUD_SKY];
+    CUMULUS_SKY: "cumulus_sky", IMAGE, [SPHERE, AIR, CUMULUS, CUMULUS_LIGHT];
+    CUMULUS_PLANE: "cumulus_plane", IMAGE, [PROJECTION, CUMULUS, CUMULUS_LIGHT];
+    CUMULUS_GROUND: "cumulus_ground", IMAGE, [CUMULUS];
+    CUMULUS_THICKNESS: "cumulus_thickness", IMAGE, [CUMULUS];
     SKY_GROUND: "sky_ground", IMAGE, [];
     SKY: "sky", IMAGE, [SPHERE, AIR];
     SKY_ABOVE: "sky_above", IMAGE, [SPHERE, AIR];

@@ -1,0 +1,118 @@
+// Cumulus: a ray's way through the volume of a layer. Twin: src/cumulus/march.rs.
+@group(0) @binding(0) var<uniform> cumulus: Cumulus;
+@group(0) @binding(1) var volume: texture_3d<f32>; // depth below the surface of the spheres, 0 to 1: -band to band
+@group(0) @binding(2) var leaps: texture_3d<u32>;  // blocks that a ray may leap, 0 where cloud may be
+@group(0) @binding(3) var relief: texture_3d<f32>; // noise, -1 to 1
+@group(0) @binding(4) var around: sampler;         // repeats as the domain does, ends above and below
+@group(0) @binding(5) var tiling: sampler;         // repeats in all directions
+
+const CUMULUS_BLOCK: f32 = 8.0;
+// Steps of a view ray and of a sun ray, at most.
+const CUMULUS_VIEW_STEPS: u32 = 2048u;
+const CUMULUS_SUN_STEPS: u32 = 512u;
+// A step at the surface, in cubes, and metres at most where noise is to be seen.
+const CUMULUS_STEP: f32 = 0.4;
+const CUMULUS_ROUGH_STEP_M: f32 = 8.0;
+// No depth was looked up.
+const CUMULUS_UNKNOWN: f32 = -1e9;
+
+// A ray over a round Earth, from which it rises by half of bend times the square of its length.
+struct CloudRay {
+    start: vec3<f32>,
+    towards: vec3<f32>,
+    bend: f32,
+}
+
+// A step along it.
+struct CloudStep {
+    to_m: f32,
+    depth: f32,   // below the surface there, if it was looked up
+    density: f32, // mean
+}
+
+fn cumulus_place(ray: CloudRay, at_m: f32) -> vec3<f32> {
+    return ray.start + ray.towards * at_m + vec3<f32>(0.0, 0.0, 0.5 * ray.bend * at_m * at_m);
+}
+
+// Depth below the rugged surface.
+fn cumulus_depth(place: vec3<f32>) -> f32 {
+    let size = vec3<f32>(textureDimensions(volume));
+    let corner = vec3<f32>(-0.5 * cumulus.extent_m, -0.5 * cumulus.extent_m, cumulus.floor_m);
+    let depth = (2.0 * textureSampleLevel(volume, around, (place - corner) / (size * cumulus.voxel_m), 0.0).x - 1.0) * cumulus.band_m;
+    if cumulus.relief_m > 0.0 && abs(depth) < cumulus.edge_m + cumulus.relief_m {
+        return depth + cumulus.relief_m * textureSampleLevel(relief, tiling, place / cumulus.tile_m, 0.0).x;
+    }
+    return depth;
+}
+
+fn cumulus_filled(depth_m: f32, edge_m: f32) -> f32 {
+    let depth = max(depth_m, 0.0);
+    return select(depth - 0.5 * edge_m, depth * depth / max(2.0 * edge_m, 1e-6), depth < edge_m);
+}
+
+// Mean density between two depths below the surface, where the depth changes evenly from one to the other.
+fn cumulus_mean(from_m: f32, to_m: f32, edge_m: f32) -> f32 {
+    let change = to_m - from_m;
+    let middle = 0.5 * (from_m + to_m);
+    let even = select(select(0.0, 1.0, middle > 0.0), clamp(middle / max(edge_m, 1e-6), 0.0, 1.0), edge_m > 0.0);
+    let mean = (cumulus_filled(to_m, edge_m) - cumulus_filled(from_m, edge_m)) / select(change, 1.0, abs(change) < 1e-3);
+    return select(clamp(mean, 0.0, 1.0), even, abs(change) < 1e-3);
+}
+
+// One step from a place, over which the surface is seen no sharper than over soft_m.
+fn cumulus_step(ray: CloudRay, at_m: f32, end_m: f32, known: f32, soft_m: f32) -> CloudStep {
+    let place = cumulus_place(ray, at_m);
+    let towards = ray.towards + vec3<f32>(0.0, 0.0, ray.bend * at_m);
+    let corner = vec3<f32>(-0.5 * cumulus.extent_m, -0.5 * cumulus.extent_m, cumulus.floor_m);
+    let block_m = CUMULUS_BLOCK * cumulus.voxel_m;
+    let block = floor((place - corner) / block_m);
+    let count = vec3<i32>(textureDimensions(leaps));
+    let cell = vec3<i32>(block);
+    let wrapped = vec3<i32>(((cell.xy % count.xy) + count.xy) % count.xy, clamp(cell.z, 0, count.z - 1));
+    let leap = textureLoad(leaps, wrapped, 0).x;
+    if leap > 0u {
+        // Out of the cube of clear blocks around this one.
+        let reach = f32(leap) - 1.0;
+        let faces = corner + (block + select(vec3<f32>(-reach), vec3<f32>(1.0 + reach), towards >= vec3<f32>(0.0))) * block_m;
+        let out = (faces - place) / select(towards, vec3<f32>(1e-9), abs(towards) < vec3<f32>(1e-9));
+        let length_m = max(min(abs(out.x), min(abs(out.y), abs(out.z))), 0.0) + 1e-3 * cumulus.voxel_m + 1e-6 * at_m;
+        return CloudStep(at_m + length_m, CUMULUS_UNKNOWN, 0.0);
+    }
+    let edge_m = clamp(soft_m, cumulus.edge_m, max(cumulus.band_m, cumulus.edge_m));
+    let widened = 0.5 * (edge_m - cumulus.edge_m);
+    var here = known;
+    if known == CUMULUS_UNKNOWN {
+        here = cumulus_depth(place);
+    }
+    let rough = select(CUMULUS_STEP * cumulus.voxel_m, min(CUMULUS_STEP * cumulus.voxel_m, CUMULUS_ROUGH_STEP_M), cumulus.relief_m > 0.0);
+    let clear = -here - cumulus.relief_m - widened;
+    let full = here - cumulus.edge_m - cumulus.relief_m - widened;
+    let to_m = min(at_m + max(max(clear, full), max(rough, 0.5 * soft_m)), end_m);
+    let there_at = cumulus_place(ray, to_m);
+    let there = cumulus_depth(there_at);
+    let middle_z = 0.5 * (place.z + there_at.z);
+    let base = select(1.0, clamp((middle_z - cumulus.base_m) / max(cumulus.edge_m, 1e-6), 0.0, 1.0), cumulus.edge_m > 0.0);
+    return CloudStep(to_m, there, base * cumulus_mean(here + widened, there + widened, edge_m));
+}
+
+// Length of cloud along a ray, as if it were of full density everywhere, up to about enough_m. The surface is seen as from a
+// disc of so many radians.
+fn cumulus_length(ray: CloudRay, near_m: f32, far_m: f32, enough_m: f32, disc: f32) -> f32 {
+    var at_m = near_m;
+    var depth = CUMULUS_UNKNOWN;
+    var length_m = 0.0;
+    for (var i = 0u; i < CUMULUS_SUN_STEPS && at_m < far_m && length_m < enough_m; i++) {
+        let step = cumulus_step(ray, at_m, far_m, depth, disc * at_m);
+        length_m += step.density * (min(step.to_m, far_m) - at_m);
+        at_m = step.to_m;
+        depth = step.depth;
+    }
+    return length_m;
+}
+
+// Where a straight ray from within or below the layer leaves it.
+fn cumulus_leaves(start: vec3<f32>, towards: vec3<f32>) -> f32 {
+    let up = select(towards.z, 1e-6, abs(towards.z) < 1e-6);
+    let ends = select(cumulus.low_m, cumulus.top_m, up > 0.0);
+    return clamp((ends - start.z) / up, 0.0, 4.0 * cumulus.extent_m);
+}

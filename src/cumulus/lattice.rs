@@ -1,0 +1,133 @@
+//! Light scattered many times in a cumulus layer: a coarse lattice of cubes, solved along 14 directions in three dimensions.
+//!
+//! The method of `lattice` in `docs/method.md`: sunlight that was scattered once, forward peak taken off, is the source; what comes after it
+//! has nearly lost its direction, so mean radiance and flux in each cube hold it. Every line of the lattice runs from the centre of a cube
+//! to the centre of the next, so that no light is spread by interpolation.
+
+mod cells;
+mod lines;
+mod mixing;
+mod sweep;
+
+use super::dressed::Scattering;
+use super::march::Ray;
+use super::volume::Volume;
+use cells::Cells;
+use glam::{DVec3, Vec4};
+use lines::Lines;
+use mixing::Mixing;
+use sweep::{Border, State, sweep};
+
+/// Side of a cube at most, metres, and in mean free paths.
+const CELL_M: f64 = 40.0;
+const CELL_DEPTH: f64 = 1.2;
+/// Cubes of the whole domain, about at most: 100 MB on the device.
+const MAX_CELLS: f64 = 4e6;
+/// Change of an iteration, relative, at which it is done, and iterations at most.
+const SETTLED: f64 = 4e-3;
+const MAX_ITERATIONS: usize = 16;
+
+/// What lights a cumulus layer, and of what it is made. Arrays are red, green, blue.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Lighting {
+    /// Extinction at full density.
+    pub extinction_per_m: [f64; 3],
+    /// How droplets scatter.
+    pub scattering: [Scattering; 3],
+    /// Towards the sun, a unit vector.
+    pub towards_sun: DVec3,
+    /// The sun's irradiance on a plane facing it, above the layer.
+    pub sun: [f64; 3],
+    /// Radiance that comes down on the layer, the same from everywhere.
+    pub above: [f64; 3],
+    /// Radiance that comes up to it.
+    pub below: [f64; 3],
+}
+
+/// Light in the cubes of a lattice that fills the domain.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Lattice {
+    /// Cubes along x, y, z.
+    pub size: [usize; 3],
+    /// Side of a cube, metres.
+    pub cell_m: f64,
+    /// Height of the lower face of the lowest cubes, metres.
+    pub floor_m: f64,
+    /// Red, green, blue: mean radiance, and the flux along x, y, z over 4 pi, of light scattered at least twice, of cubes along x, then y. 0 where
+    /// no cloud is near.
+    pub light: [Vec<[f32; 4]>; 3],
+    /// Optical depth towards the sun at 550 nm from the centres of cubes. Where nothing lies towards the sun it is minus that of the way to the cloud
+    /// below, up to a cube's, so that 0 lies at the surface when it is read between centres.
+    pub sun_depth: Vec<f32>,
+    /// Iterations that were taken, and the last one's change.
+    pub iterations: usize,
+    /// See `iterations`.
+    pub change: f64,
+}
+
+/// Side of the cubes, metres: whole ones fill the domain.
+fn cell_m(volume: &Volume, extinction_per_m: f64) -> f64 {
+    let (extent_m, height_m) = (volume.extent_m, volume.top_m - volume.floor_m);
+    let fine = CELL_M.min(CELL_DEPTH / extinction_per_m);
+    let coarse = (extent_m * extent_m * height_m / MAX_CELLS).cbrt();
+    // No finer than the surface is known, and a few cubes at least.
+    let cell = fine.max(coarse).max(1.5 * volume.voxel_m).min(0.25 * extent_m);
+    extent_m / (extent_m / cell).round()
+}
+
+impl Lattice {
+    /// Solves for the light in a volume.
+    pub fn solve(volume: &Volume, lighting: &Lighting) -> Self {
+        let cell_m = cell_m(volume, lighting.extinction_per_m[1]);
+        let across = (volume.extent_m / cell_m).round() as usize;
+        let floor_m = volume.floor_m + volume.voxel_m - cell_m;
+        let up = ((volume.top_m - floor_m) / cell_m).ceil() as usize + 1;
+        let size = [across, across, up];
+        let cells = Cells::new(volume, lighting, size, cell_m, floor_m);
+        let lines = Lines::new(&cells.places, size, cell_m);
+        let colour = |c: [f64; 3]| Vec4::new(c[0] as f32, c[1] as f32, c[2] as f32, 0.0);
+        let scattering = lighting.scattering;
+        let border = Border {
+            above: colour(lighting.above),
+            below: colour(lighting.below),
+            albedo: colour(scattering.map(|s| s.albedo)),
+            asymmetry: colour(scattering.map(|s| 3.0 * s.asymmetry)),
+            towards_sun: lighting.towards_sun.as_vec3(),
+        };
+        let mut state: Vec<State> = vec![State::default(); cells.places.len()];
+        let mut mixing = Mixing::default();
+        let (mut iterations, mut change) = (0, 0.0);
+        while iterations < MAX_ITERATIONS && !state.is_empty() {
+            let next = sweep(&cells, &lines, &border, &state);
+            iterations += 1;
+            change = mixing::change(&state, &next);
+            if change < SETTLED {
+                state = next;
+                break;
+            }
+            state = mixing.mix(state, next);
+        }
+        let mut lattice = Self {
+            size,
+            cell_m,
+            floor_m,
+            light: std::array::from_fn(|_| vec![[0.0; 4]; size.iter().product()]),
+            sun_depth: vec![0.0; size.iter().product()],
+            iterations,
+            change,
+        };
+        for ((place, state), depth) in cells.places.iter().zip(&state).zip(&cells.sun_depth) {
+            let number = place[0] as usize + across * (place[1] as usize + across * place[2] as usize);
+            for (c, light) in lattice.light.iter_mut().enumerate() {
+                light[number] = state.0.map(|part| part[c]);
+            }
+            lattice.sun_depth[number] = *depth;
+        }
+        lattice
+    }
+}
+
+/// The way of a sun ray from a place.
+fn sun_ray(from: DVec3, towards_sun: DVec3) -> Ray {
+    Ray { from, towards: towards_sun }
+}

@@ -1,0 +1,96 @@
+//! One iteration: light runs along all lines, once each way.
+
+use super::cells::Cells;
+use super::lines::{Family, Lines};
+use glam::{Vec3, Vec4};
+use rayon::prelude::*;
+
+/// Mean radiance and its moments along x, y, z in a cube; lanes are red, green, blue.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub(super) struct State(pub(super) [Vec4; 4]);
+
+/// What is the same for all cubes.
+pub(super) struct Border {
+    /// Radiance from above and from below.
+    pub(super) above: Vec4,
+    pub(super) below: Vec4,
+    pub(super) albedo: Vec4,
+    /// Three times the asymmetry.
+    pub(super) asymmetry: Vec4,
+    pub(super) towards_sun: Vec3,
+}
+
+/// Weights of Lebedev's rule of degree 5: edges, diagonals.
+const WEIGHTS: [f32; 2] = [1.0 / 15.0, 3.0 / 40.0];
+/// Families that are summed together. The sums have the same order on any number of cores.
+const GROUPS: [&[usize]; 4] = [&[0, 3], &[1, 4], &[2, 5], &[6]];
+
+/// The state after an iteration.
+pub(super) fn sweep(cells: &Cells, lines: &Lines, border: &Border, state: &[State]) -> Vec<State> {
+    let sums: Vec<Vec<State>> = GROUPS
+        .par_iter()
+        .map(|group| {
+            let mut sum = vec![State::default(); state.len()];
+            for &family in *group {
+                run(cells, &lines.0[family], border, state, &mut sum);
+            }
+            sum
+        })
+        .collect();
+    let [a, b, c, d] = [0, 1, 2, 3].map(|group| sums[group].as_slice());
+    (0..state.len())
+        .into_par_iter()
+        .map(|i| State(std::array::from_fn(|k| (a[i].0[k] + b[i].0[k]) + (c[i].0[k] + d[i].0[k]))))
+        .collect()
+}
+
+fn run(cells: &Cells, family: &Family, border: &Border, state: &[State], sum: &mut [State]) {
+    let step = family.step.map(|step| step as f32);
+    let diagonal = usize::from(family.step[0] != 0 && family.step[2] != 0);
+    let level = family.step[2] == 0;
+    let forward = Vec3::from_array(step).normalize();
+    for line in family.starts.windows(2) {
+        let range = line[0] as usize..line[1] as usize;
+        let (order, follow) = (&family.order[range.clone()], &family.follow[range]);
+        for way in [1.0_f32, -1.0] {
+            let towards = forward * way;
+            // Light of the sun that is scattered along the line, per what arrives.
+            let sun = Vec4::ONE - border.asymmetry * towards.dot(border.towards_sun);
+            let along = [0, 1, 2].map(|i| border.asymmetry * towards[i]);
+            let border_radiance = match () {
+                () if level => 0.5 * (border.above + border.below),
+                () if way > 0.0 => border.below,
+                () => border.above,
+            };
+            let mut radiance = border_radiance;
+            let weight = WEIGHTS[diagonal];
+            let flux = towards * weight;
+            let mut visit = |number: u32, follow: f32, keep: bool| {
+                radiance = border_radiance + follow * (radiance - border_radiance);
+                let (optics, State([mean, x, y, z])) = (&cells.optics[number as usize], &state[number as usize]);
+                let scattered = optics.sun * sun + *mean + along[0] * *x + along[1] * *y + along[2] * *z;
+                let source = (border.albedo * scattered).max(Vec4::ZERO);
+                let from = radiance - source;
+                if keep {
+                    let passing = source + from * optics.mean[diagonal];
+                    let sum = &mut sum[number as usize].0;
+                    sum[0] += weight * passing;
+                    sum[1] += flux.x * passing;
+                    sum[2] += flux.y * passing;
+                    sum[3] += flux.z * passing;
+                }
+                radiance = source + from * optics.transmittance[diagonal];
+            };
+            // A level line comes back to where it began: it is run through once for what arrives there.
+            for keep in if level { &[false, true][..] } else { &[true][..] } {
+                let last = order.len() - 1;
+                for i in 0..=last {
+                    match way > 0.0 {
+                        true => visit(order[i], follow[i], *keep),
+                        false => visit(order[last - i], follow[(last - i + 1) % (last + 1)], *keep),
+                    }
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,247 @@
+//! The surface of a cumulus layer as a volume of samples: what a ray reads instead of thousands of spheres, at a price that does
+//! not depend on their number.
+
+use super::body::{Body, Sphere};
+use super::relief::Relief;
+use glam::{DVec3, IVec3, dvec3};
+use rayon::prelude::*;
+
+/// Samples, about: 64 MB on the device.
+const SAMPLES: f64 = 64e6;
+/// Samples a side, at most: what a device of WebGPU's default limits takes in three dimensions.
+const MAX_SIDE: f64 = 2048.0;
+/// Samples a side of a block, the unit in which rays leap over clear air.
+pub const BLOCK: usize = 8;
+/// Leaps are as long as so many blocks, at most.
+const FARTHEST: u8 = 15;
+
+/// Signed depths below the surface of the union of spheres, at the centres of cubes that fill the domain from the lowest cloud to the
+/// highest: `max_i(R_i - |p - c_i|)`, metres, kept as a byte between `-band_m` and `band_m`.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Volume {
+    /// Cubes along x, y, z; the first two are whole blocks.
+    pub size: [usize; 3],
+    /// Side of a cube, metres.
+    pub voxel_m: f64,
+    /// Height of the lower face of the lowest cubes, metres.
+    pub floor_m: f64,
+    /// Depth that is kept at most.
+    pub band_m: f64,
+    /// The samples, those along x next to each other, then y.
+    pub samples: Vec<u8>,
+    /// Blocks along x, y, z.
+    pub blocks: [usize; 3],
+    /// How far the next block with cloud is, in blocks; 0 has some itself.
+    pub leaps: Vec<u8>,
+    /// As of the body.
+    pub base_m: f64,
+    /// As of the body.
+    pub edge_m: f64,
+    /// As of the body.
+    pub relief_m: f64,
+    /// As of the body.
+    pub extent_m: f64,
+    /// Height of the highest cloud.
+    pub top_m: f64,
+    relief: Relief,
+}
+
+impl Volume {
+    /// Samples a body.
+    pub fn new(body: &Body) -> Self {
+        let lowest = body.spheres.iter().map(|s| s.centre.z - s.radius_m).fold(f64::INFINITY, f64::min);
+        let highest = body.spheres.iter().map(|s| s.centre.z + s.radius_m).fold(f64::NEG_INFINITY, f64::max);
+        let bottom_m = if body.spheres.is_empty() { body.base_m } else { lowest.max(body.base_m) };
+        let top_m = highest.max(bottom_m) + body.relief_m;
+        let height_m = (top_m - bottom_m).max(1e-3 * body.extent_m);
+        let side = (SAMPLES / height_m * body.extent_m).cbrt().min(MAX_SIDE);
+        // Finer than this no edge can be seen.
+        let side = side.min(body.extent_m / 2.0).max(1.0);
+        let across = BLOCK * (side / BLOCK as f64).floor().max(1.0) as usize;
+        let voxel_m = body.extent_m / across as f64;
+        // A cube of clear air below and above, so that what lies between samples is seen.
+        let floor_m = bottom_m - voxel_m;
+        let up = ((top_m - floor_m) / voxel_m).ceil() as usize + 1;
+        let size = [across, across, up.next_multiple_of(BLOCK)];
+        let band_m = (2.5 * voxel_m).max(body.edge_m + body.relief_m + voxel_m);
+        let mut volume = Self {
+            size,
+            voxel_m,
+            floor_m,
+            band_m,
+            samples: vec![0; size.iter().product()],
+            blocks: size.map(|n| n / BLOCK),
+            leaps: Vec::new(),
+            base_m: body.base_m,
+            edge_m: body.edge_m,
+            relief_m: body.relief_m,
+            extent_m: body.extent_m,
+            top_m,
+            relief: Relief::new(body.extent_m),
+        };
+        volume.fill(&body.spheres);
+        volume.leap();
+        volume
+    }
+
+    fn fill(&mut self, spheres: &[Sphere]) {
+        let [nx, ny, _] = self.size;
+        let (voxel_m, floor_m, band_m, half_m) = (self.voxel_m, self.floor_m, self.band_m, 0.5 * self.extent_m);
+        // Spheres by the slices that they touch.
+        let mut touching: Vec<Vec<u32>> = vec![Vec::new(); self.size[2]];
+        for (number, sphere) in spheres.iter().enumerate() {
+            let reach = sphere.radius_m + band_m;
+            let slice = |z: f64| ((z - floor_m) / voxel_m - 0.5).clamp(0.0, self.size[2] as f64 - 1.0);
+            let (low, high) = (slice(sphere.centre.z - reach).ceil(), slice(sphere.centre.z + reach).floor());
+            for list in touching.get_mut(low as usize..=high as usize).into_iter().flatten() {
+                list.push(number as u32);
+            }
+        }
+        let scale = (127.5 / band_m) as f32;
+        self.samples.par_chunks_mut(nx * ny).zip(&touching).enumerate().for_each(|(k, (slice, touching))| {
+            let z = floor_m + (k as f64 + 0.5) * voxel_m;
+            for &number in touching {
+                let sphere = &spheres[number as usize];
+                let (dz, reach) = (z - sphere.centre.z, sphere.radius_m + band_m);
+                let wide = reach * reach - dz * dz;
+                if wide <= 0.0 {
+                    continue;
+                }
+                // Places in units of cubes, from the centre of the first.
+                let place = |at: f64| (at + half_m) / voxel_m - 0.5;
+                let (cx, cy, wide) = (place(sphere.centre.x), place(sphere.centre.y), wide.sqrt() / voxel_m);
+                for j in (cy - wide).ceil() as i64..=(cy + wide).floor() as i64 {
+                    let dy = (j as f64 - cy) * voxel_m;
+                    let row = reach * reach - dz * dz - dy * dy;
+                    if row <= 0.0 {
+                        continue;
+                    }
+                    let across = row.sqrt() / voxel_m;
+                    let start = nx * j.rem_euclid(ny as i64) as usize;
+                    let (from, to) = ((cx - across).ceil() as i64, (cx + across).floor() as i64);
+                    // At most one whole row, in at most two runs without a wrap.
+                    let to = to.min(from + nx as i64 - 1);
+                    let (rest, radius) = ((dz * dz + dy * dy) as f32, sphere.radius_m as f32);
+                    let mut i = from;
+                    while i <= to {
+                        let first = i.rem_euclid(nx as i64) as usize;
+                        let run = ((to - i) as usize + 1).min(nx - first);
+                        let offset = ((i as f64 - cx) * voxel_m) as f32;
+                        let row = &mut slice[start + first..start + first + run];
+                        for (step, sample) in row.iter_mut().enumerate() {
+                            let dx = offset + step as f32 * voxel_m as f32;
+                            let depth = radius - (rest + dx * dx).sqrt();
+                            // Rounded; the cast holds it between 0 and 255.
+                            *sample = (*sample).max((depth * scale + 128.0) as u8);
+                        }
+                        i += run as i64;
+                    }
+                }
+            }
+        });
+    }
+
+    /// Finds how far a ray may leap from each block.
+    fn leap(&mut self) {
+        let [nx, ny, nz] = self.size;
+        let [bx, by, bz] = self.blocks;
+        // Cloud begins where noise may lift the surface to.
+        let clear = ((1.0 - self.relief_m / self.band_m) * 127.5).floor().max(0.0) as u8;
+        let cloudy: Vec<bool> = self.samples.par_iter().map(|&sample| sample > clear).collect();
+        let mut near: Vec<bool> = (0..bx * by * bz)
+            .into_par_iter()
+            .map(|number| {
+                let block = [number % bx, number / bx % by, number / (bx * by)];
+                // A place in the block reads samples up to half a cube outside.
+                let reach = |b: usize| (b * BLOCK) as i64 - 1..=((b + 1) * BLOCK) as i64;
+                reach(block[2]).filter(|&z| z >= 0 && z < nz as i64).any(|z| {
+                    reach(block[1]).any(|y| {
+                        let row = nx * (y.rem_euclid(ny as i64) as usize + ny * z as usize);
+                        reach(block[0]).any(|x| cloudy[row + x.rem_euclid(nx as i64) as usize])
+                    })
+                })
+            })
+            .collect();
+        let mut leaps: Vec<u8> = near.iter().map(|&near| if near { 0 } else { FARTHEST }).collect();
+        for distance in 1..FARTHEST {
+            let grown = self.grow(&near);
+            for ((leap, &was), &is) in leaps.iter_mut().zip(&near).zip(&grown) {
+                if is && !was {
+                    *leap = distance;
+                }
+            }
+            near = grown;
+        }
+        self.leaps = leaps;
+    }
+
+    /// Blocks that are marked or have a marked neighbour.
+    fn grow(&self, marked: &[bool]) -> Vec<bool> {
+        let [bx, by, bz] = self.blocks;
+        let along = |marked: &[bool], stride: usize, count: usize, repeats: bool| -> Vec<bool> {
+            let one = |number: usize| {
+                let at = number / stride % count;
+                let other = |step: i64| {
+                    let to = at as i64 + step;
+                    let to = if repeats { to.rem_euclid(count as i64) } else { to.clamp(0, count as i64 - 1) };
+                    marked[number + to as usize * stride - at * stride]
+                };
+                marked[number] || other(-1) || other(1)
+            };
+            (0..marked.len()).map(one).collect()
+        };
+        let grown = along(marked, 1, bx, true);
+        let grown = along(&grown, bx, by, true);
+        along(&grown, bx * by, bz, false)
+    }
+
+    /// How many blocks a ray may leap from a place: 0 where cloud may be.
+    pub fn leap_at(&self, block: IVec3) -> u8 {
+        let [bx, by, bz] = self.blocks.map(|n| n as i32);
+        let (x, y, z) = (block.x.rem_euclid(bx), block.y.rem_euclid(by), block.z.clamp(0, bz - 1));
+        self.leaps[(x + bx * (y + by * z)) as usize]
+    }
+
+    /// Depth below the surface of the spheres: linear between samples, from `-band_m` to `band_m`.
+    pub fn depth(&self, place: DVec3) -> f64 {
+        let [nx, ny, nz] = self.size;
+        let corner = dvec3(-0.5 * self.extent_m, -0.5 * self.extent_m, self.floor_m);
+        let texel = (place - corner) / self.voxel_m - 0.5;
+        let (low, part) = (texel.floor(), texel - texel.floor());
+        let wrap = |value: f64, size: usize| [0, 1].map(|s| (value as i64 + s).rem_euclid(size as i64) as usize);
+        let (x, y) = (wrap(low.x, nx), wrap(low.y, ny));
+        let z = [0, 1].map(|s| (low.z as i64 + s).clamp(0, nz as i64 - 1) as usize);
+        let at = |x: usize, y: usize, z: usize| f64::from(self.samples[x + nx * (y + ny * z)]);
+        let mix = |a: f64, b: f64, t: f64| a + (b - a) * t;
+        let row = |y: usize, z: usize| mix(at(x[0], y, z), at(x[1], y, z), part.x);
+        let slice = |z: usize| mix(row(y[0], z), row(y[1], z), part.y);
+        (mix(slice(z[0]), slice(z[1]), part.z) / 127.5 - 1.0) * self.band_m
+    }
+
+    /// The same with the noise that moves the surface.
+    pub fn rugged_depth(&self, place: DVec3) -> f64 {
+        let depth = self.depth(place);
+        match self.relief_m > 0.0 && depth.abs() < self.edge_m + self.relief_m {
+            true => depth + self.relief_m * self.relief.at(place),
+            false => depth,
+        }
+    }
+
+    /// Density at a place, 0 to 1, in the mean over a length that a sharp edge is drawn over.
+    pub fn density(&self, place: DVec3, over_m: f64) -> f64 {
+        let depth = self.rugged_depth(place);
+        let edge = match self.edge_m > over_m {
+            true => depth / self.edge_m,
+            false => 0.5 + (depth - 0.5 * self.edge_m) / over_m,
+        };
+        edge.clamp(0.0, 1.0) * self.above_base(place.z)
+    }
+
+    /// Part of the density that the flat base leaves at a height.
+    pub fn above_base(&self, z: f64) -> f64 {
+        match self.edge_m > 0.0 {
+            true => ((z - self.base_m) / self.edge_m).clamp(0.0, 1.0),
+            false => f64::from(z >= self.base_m),
+        }
+    }
+}
