@@ -107,7 +107,7 @@ impl Job {
         &self.plan
     }
 
-    /// Tables of the scene's mixes, one a layer, lowest first.
+    /// Tables of the scene's mixes: one a stratiform layer, lowest first, and last those of the cumulus.
     pub fn tables(&self) -> &[Arc<MixTables>] {
         &self.tables
     }

@@ -129,7 +129,7 @@ impl Moment {
         let parts = fields.iter().enumerate().map(|(number, field)| layer(job, number, field, &illumination));
         let (mut layers, shapes): (Vec<LayerMoment>, Vec<LayerShape>) = parts.unzip();
         let sides = fields.iter().map(|field| field.thickness.width.max(field.thickness.height));
-        let (extent_m, base_m) = (scene.extent_m(), scene.base_m());
+        let (extent_m, base_m) = (scene.extent_m(), layers.first().map_or(0.0, |layer| layer.base_m));
         let shape = SceneShape {
             extent_m,
             base_m,

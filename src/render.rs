@@ -110,7 +110,7 @@ impl Renderer {
         let (texels, plane_m, deepest_m) = if let Wanted::Compass(sphere) = &request.wanted {
             let draw = || compass::texels(sphere, [width, height], illumination.towards_sun, watch);
             (Texels { data: clock.time("draw", draw)?, standard_error: None }, 0.0, 0.0)
-        } else if job.scene().layer_count() == 0 && request.wanted.sphere().is_none() {
+        } else if job.scene().stratiform_count() == 0 && request.wanted.sphere().is_none() {
             let texel = clear::texel(&request.wanted, illumination);
             let data = texel.repeat(width as usize * height as usize);
             (Texels { data, standard_error: None }, 0.0, 0.0)
@@ -134,7 +134,7 @@ impl Renderer {
     /// # Errors
     /// As [`Renderer::render`]; a texture without clouds has no stages.
     pub fn inspect(&mut self, job: &Job, watch: &Watch) -> Result<Stages, RenderError> {
-        if job.scene().layer_count() == 0 || !job.request().texture().shows_the_scene() {
+        if job.scene().stratiform_count() == 0 || !job.request().texture().shows_the_scene() {
             return Err(RenderError::Defect("a texture without clouds has no stages"));
         }
         self.pipeline.gpu.recording.begin();

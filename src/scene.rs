@@ -5,6 +5,7 @@
 //! east = +x, north = +y, up = +z; azimuths clockwise from north; zenith angles from straight up.
 
 mod air;
+mod cumulus;
 mod encoding;
 mod fields;
 mod images;
@@ -18,6 +19,7 @@ mod sun;
 mod write;
 
 pub use air::{AerosolColumn, AirColumn, Atmosphere, Light};
+pub use cumulus::{Cumulus, CumulusShape};
 pub use fields::{Allowed, Field, GROUPS, Group};
 pub use images::ImageFindings;
 pub use model::{

@@ -29,7 +29,8 @@ pub fn air_mix(
 }
 
 /// The air of a scene with its clouds in it, if it has both, as the tables of that depend on them. `air` is that of
-/// [`air_mix`], `droplets` are the tables of its layers' droplets, lowest first.
+/// [`air_mix`], `droplets` are the tables of its stratiform layers' droplets, lowest first,
+/// and whatever follows them.
 ///
 /// # Errors
 /// An image of a layer is not among `images`.

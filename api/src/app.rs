@@ -15,6 +15,7 @@ use crate::images::ImageStore;
 use crate::problem::ApiError;
 use crate::render_queue::{Factory, RenderQueue};
 use crate::replies::Replies;
+use crate::shelf::Quota;
 use crate::single_flight::SingleFlight;
 use crate::skies::SkyStore;
 
@@ -102,7 +103,7 @@ impl App {
         let started = SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |since| since.as_secs());
         Ok(Self {
             library: Arc::new(TableLibrary::new(Some(Arc::clone(&store)))),
-            skies: SkyStore::open(Arc::clone(&store), limits.skies)?,
+            skies: SkyStore::open(Arc::clone(&store), Quota { count: limits.skies, bytes: limits.sky_store_bytes })?,
             images: ImageStore::open(store, limits.image(), limits.image_store_bytes, cache.image_memory_bytes)?,
             queue: RenderQueue::start(factory, config.queue.depth).map_err(OpenError::Thread)?,
             replies: Replies::new(cache.memory_bytes),

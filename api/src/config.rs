@@ -7,6 +7,7 @@ use std::str::FromStr;
 use std::time::Duration;
 
 use serde::{Deserialize, Serialize};
+use skyloom::scene::Scene;
 
 /// Everything that can be set in `skyloom.toml`.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -140,6 +141,8 @@ pub struct Limits {
     pub max_side: u32,
     /// Registered skies.
     pub skies: usize,
+    /// Bytes of all registered skies together.
+    pub sky_store_bytes: u64,
     /// Bytes of all stored images together.
     pub image_store_bytes: u64,
     /// Streams of events open at a time; each holds one of `server.connections`.
@@ -234,12 +237,13 @@ impl Default for Server {
 impl Default for Limits {
     fn default() -> Self {
         Self {
-            scene_bytes: 256 << 10,
+            scene_bytes: Scene::MAX_BYTES,
             image_bytes: 64 << 20,
             image_side: 8192,
             image_texels: 4096 * 4096,
             max_side: 4096,
             skies: 10_000,
+            sky_store_bytes: 4 << 30,
             image_store_bytes: 4 << 30,
             streams: 256,
         }
@@ -303,6 +307,7 @@ impl Config {
             ("limits.image_texels", self.limits.image_texels),
             ("limits.max_side", u64::from(self.limits.max_side)),
             ("limits.skies", self.limits.skies as u64),
+            ("limits.sky_store_bytes", self.limits.sky_store_bytes),
             ("queue.depth", self.queue.depth as u64),
             ("queue.timeout_s", self.queue.timeout_s),
         ];

@@ -9,30 +9,41 @@ use skyloom::store::{Store, StoreError};
 use crate::problem::ApiError;
 use crate::shelf::{Kind, Quota, Shelf, ShelfError};
 
-/// Scenes kept in memory; the others are read again.
-const IN_MEMORY: u64 = 1024;
+/// Bytes of the texts of scenes that are kept in memory; the others are read again. A scene takes about as much as its text.
+const IN_MEMORY_BYTES: u64 = 64 << 20;
+/// What a scene takes besides.
+const SCENE_BYTES: usize = 4096;
 const KIND: Kind = Kind { folder: "skies", digits: 32, ending: ".json" };
+
+/// A scene in memory.
+#[derive(Clone, Debug)]
+struct Recent {
+    scene: Arc<Scene>,
+    text_bytes: usize,
+}
 
 /// The registered scenes.
 #[derive(Debug)]
 pub struct SkyStore {
     shelf: Shelf,
-    limit: usize,
-    recent: moka::sync::Cache<String, Arc<Scene>>,
+    quota: Quota,
+    recent: moka::sync::Cache<String, Recent>,
     /// Orders reading a sky against removing it.
     order: Mutex<()>,
 }
 
 impl SkyStore {
-    /// Opens what is in the store. At most `limit` skies are kept.
-    pub fn open(store: Arc<dyn Store>, limit: usize) -> Result<Self, StoreError> {
-        let shelf = Shelf::open(store, KIND, Quota { count: limit, bytes: u64::MAX })?;
-        Ok(Self { shelf, limit, recent: moka::sync::Cache::new(IN_MEMORY), order: Mutex::new(()) })
+    /// Opens what is in the store; no more skies are kept than the quota says.
+    pub fn open(store: Arc<dyn Store>, quota: Quota) -> Result<Self, StoreError> {
+        let shelf = Shelf::open(store, KIND, quota)?;
+        let weigh = |_id: &String, kept: &Recent| u32::try_from(SCENE_BYTES + kept.text_bytes).unwrap_or(u32::MAX);
+        let recent = moka::sync::Cache::builder().max_capacity(IN_MEMORY_BYTES).weigher(weigh).build();
+        Ok(Self { shelf, quota, recent, order: Mutex::new(()) })
     }
 
     /// A registered scene from memory, without touching the store.
     pub fn recent(&self, id: &str) -> Option<Arc<Scene>> {
-        self.recent.get(id)
+        self.recent.get(id).map(|kept| kept.scene)
     }
 
     /// A registered scene; reads it when it is not in memory.
@@ -41,24 +52,29 @@ impl SkyStore {
             return Err(unknown(id));
         }
         let _ordered = self.order.lock().unwrap_or_else(PoisonError::into_inner);
-        if let Some(scene) = self.recent.get(id) {
+        if let Some(scene) = self.recent(id) {
             return Ok(scene);
         }
         let text = self.shelf.read(id)?.ok_or_else(|| unknown(id))?;
         let scene = Arc::new(read(id, &text)?);
-        self.recent.insert(id.to_owned(), Arc::clone(&scene));
+        self.recent.insert(id.to_owned(), Recent { scene: Arc::clone(&scene), text_bytes: text.len() });
         Ok(scene)
     }
 
     /// Registers a scene; true when nobody could have had it before. What is stored is mended if it is damaged or gone.
     pub fn insert(&self, id: &str, scene: &Arc<Scene>) -> Result<bool, ApiError> {
         let _ordered = self.order.lock().unwrap_or_else(PoisonError::into_inner);
-        let written = self.shelf.keep(id, text(scene).as_bytes()).map_err(|error| match error {
-            ShelfError::Full => ApiError::StoreFull(format!("{} skies are registered, the most allowed", self.limit)),
+        let Quota { count, bytes } = self.quota;
+        let text = text(scene);
+        let written = self.shelf.keep(id, text.as_bytes()).map_err(|error| match error {
+            ShelfError::Full => {
+                let most = format!("{count} skies or {bytes} bytes of them are registered, the most allowed");
+                ApiError::StoreFull(most)
+            }
             ShelfError::Store(error) => error.into(),
         })?;
         let is_new = written && self.recent.get(id).is_none();
-        self.recent.insert(id.to_owned(), Arc::clone(scene));
+        self.recent.insert(id.to_owned(), Recent { scene: Arc::clone(scene), text_bytes: text.len() });
         Ok(is_new)
     }
 
@@ -116,7 +132,7 @@ mod tests {
     }
 
     fn open(path: &std::path::Path) -> SkyStore {
-        SkyStore::open(Arc::new(Folder::new(path)), 3).unwrap()
+        SkyStore::open(Arc::new(Folder::new(path)), Quota { count: 3, bytes: 10_000 }).unwrap()
     }
 
     #[test]

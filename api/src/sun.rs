@@ -61,7 +61,7 @@ fn describe(scene: &Scene, job: &Job) -> Result<Value, SunError> {
         "direction": light.towards_sun,
         "angular_diameter_deg": light.sun_diameter.to_degrees(),
         "irradiance": { "facing_the_sun": light.beam, "horizontal": light.direct(), "sky": light.total().iter().zip(light.direct()).map(|(total, direct)| total - direct).collect::<Vec<_>>(),
-            "unit": unit, "at": if scene.layer_count() > 0 { "the top of the clouds" } else { "the ground" } },
+            "unit": unit, "at": if scene.stratiform_count() > 0 { "the top of the clouds" } else { "the ground" } },
     });
     if let Some((place, utc)) = Illumination::place(scene, time_s) {
         let utc = utc?;

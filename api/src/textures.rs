@@ -247,7 +247,7 @@ pub async fn tables(
         blocking(work).await?;
     }
     let mut droplets = Vec::new();
-    for (layer, mix) in scene.mixes().into_iter().enumerate() {
+    for (number, mix) in scene.mixes().into_iter().enumerate() {
         // One blocking thread for each mix, however many requests wait for it. Tables once begun are finished: the next
         // request will want them too.
         let build = |_: Arc<AtomicBool>| {
@@ -271,7 +271,7 @@ pub async fn tables(
         };
         let built = app.tables.join(&format!("{} {detail:?}", mix.key()), build).await;
         let built = built.unwrap_or_else(|| Err(TableError::Abandoned(mix.describe())));
-        droplets.push(built.map_err(|error| refused(error, layer))?);
+        droplets.push(built.map_err(|error| refused(error, scene.place(number)))?);
         if cancelled.load(Ordering::Relaxed) {
             return Err(Stopped::Cancelled);
         }

@@ -110,12 +110,12 @@ impl Clock {
     }
 }
 
-/// Layers that a texture shows, in the order in which they are drawn: from the viewer on.
+/// Stratiform layers that a texture shows, in the order in which they are drawn: from the viewer on.
 pub(super) fn drawn(job: &Job) -> Vec<usize> {
     let wanted = &job.request().wanted;
     let mut layers: Vec<usize> = match wanted.layer() {
-        Some(layer) => vec![layer as usize],
-        None => (0..job.scene().layer_count()).collect(),
+        Some(layer) => job.scene().stratiform_index(layer as usize).into_iter().collect(),
+        None => (0..job.scene().stratiform_count()).collect(),
     };
     if wanted.plane().is_some_and(|plane| plane.side == Side::Above) {
         layers.reverse();
@@ -137,7 +137,7 @@ impl Pipeline {
         }
     }
 
-    /// Makes the texels of a job: of a sky, or of a scene that has clouds.
+    /// Makes the texels of a job: of a sky, or of a scene that has stratiform clouds.
     pub(super) fn run(&mut self, job: &Job, watch: &Watch, keep: Keep, clock: &mut Clock) -> Result<Run, RenderError> {
         watch.look()?;
         let (request, needs, all) = (job.request(), job.request().texture().needs(), keep == Keep::Stages);
@@ -242,7 +242,7 @@ impl Pipeline {
                 Ok(Arc::new(source.at(&self.gpu, time_s, offsets.made, watch.deadline)?))
             })
         };
-        (0..scene.layer_count()).map(make).collect()
+        (0..scene.stratiform_count()).map(make).collect()
     }
 
     /// What a layer's field is made from.

@@ -136,19 +136,51 @@ pub const GROUPS: &[Group] = &[
         place: "/layers/0",
         least: r#"{"layers": [{"thickness": {"kind": "uniform", "metres": 100}}]}"#,
         fields: &[
-            field("/kind", Allowed::Words(&LAYER_KINDS), ""),
+            field(
+                "/kind",
+                Allowed::Words(&LAYER_KINDS),
+                "a sheet with a `thickness`, or heaps; at most one layer of `cumulus`",
+            ),
             number::<BaseM>(
                 "/base_m",
                 "height of the flat base, above that of the layer before; with 0 in the lowest, `irradiance` is the flux \
                  through the base",
             ),
-            field("/thickness/kind", Allowed::Words(&THICKNESS_KINDS), "each with fields of its own, below"),
+            field(
+                "/thickness/kind",
+                Allowed::Words(&THICKNESS_KINDS),
+                "of `stratiform`; each with fields of its own, below",
+            ),
             number::<SpeedMS>("/wind/speed_m_s", "mean wind"),
             number::<AzimuthDeg>("/wind/from_deg", "where it comes from, clockwise from north; kept as 0 to below 360"),
             number::<TurbulenceMS>(
                 "/wind/turbulence_m_s",
                 "root mean square speed of the eddies that move a field's parts against each other (a `stratocumulus` or \
-                 an `image`; a uniform layer has nothing to move, and the reply's `notes` say so)",
+                 an `image`; a uniform layer has nothing to move, cumulus grow and vanish by themselves, and the reply's `notes` \
+                 say so)",
+            ),
+        ],
+    },
+    Group {
+        title: "A layer of kind `cumulus`",
+        place: "/layers/0",
+        least: r#"{"layers": [{"kind": "cumulus"}]}"#,
+        fields: &[
+            number::<CumulusCoverage>("/coverage", "part of the ground below cloud, in the mean over time"),
+            field(
+                "/width_m",
+                Allowed::Other("[least, greatest], each 50 to 20000 m"),
+                "widths of full-grown clouds; none is wider than a third of the domain",
+            ),
+            field("/seed", Allowed::Whole(0..=u32::MAX), "picks one field of many alike"),
+            field(
+                "/spheres",
+                Allowed::Other("1 to 100000 of `[x, y, z, radius_m]`"),
+                "in place of the three above: the cloud itself, see below",
+            ),
+            number::<EdgeM>(
+                "/edge_m",
+                "depth over which the density rises from 0 at the surface to that of the droplets; 0 is sharp",
             ),
         ],
     },

@@ -1,8 +1,16 @@
-//! JSON text to values, strictly: a key that is given twice is an error, since the loser would silently be ignored.
+//! JSON text to values, strictly: a key that is given twice is an error, since the loser would silently be ignored. Values and
+//! keys are counted, as in memory they are up to a hundred times as long as their text.
 
 use super::encoding::{self, EncodingError};
+use serde::de::DeserializeSeed;
 use serde_json::{Map, Number, Value};
+use std::cell::Cell;
 use std::fmt;
+
+/// Most values: as many as all spheres and tables of a scene have.
+const MAX_VALUES: u32 = 600_000;
+/// Most keys of all objects together, many times those of a scene.
+const MAX_KEYS: u32 = 4096;
 
 /// Why bytes are no JSON. The message says where (line and column) and what was wrong.
 #[derive(Debug, thiserror::Error)]
@@ -20,7 +28,8 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Value, JsonError> {
     let text = encoding::utf8(bytes)?;
     let mut reader = serde_json::Deserializer::from_slice(text);
     let explain = |error| JsonError::Syntax { hint: hint(text, &error), error };
-    let Strict(value) = serde::Deserialize::deserialize(&mut reader).map_err(explain)?;
+    let left = Left { values: Cell::new(MAX_VALUES), keys: Cell::new(MAX_KEYS) };
+    let value = Strict(&left).deserialize(&mut reader).map_err(explain)?;
     reader.end().map_err(explain)?;
     Ok(value)
 }
@@ -40,17 +49,31 @@ fn hint(text: &[u8], error: &serde_json::Error) -> &'static str {
     }
 }
 
-struct Strict(Value);
+/// What may still come.
+struct Left {
+    values: Cell<u32>,
+    keys: Cell<u32>,
+}
 
-impl<'de> serde::Deserialize<'de> for Strict {
-    fn deserialize<D: serde::Deserializer<'de>>(reader: D) -> Result<Self, D::Error> {
-        reader.deserialize_any(Visitor).map(Strict)
+fn take<E: serde::de::Error>(left: &Cell<u32>, most: u32, what: &str) -> Result<(), E> {
+    let rest = left.get().checked_sub(1).ok_or_else(|| E::custom(format_args!("more than {most} {what}")))?;
+    left.set(rest);
+    Ok(())
+}
+
+#[derive(Clone, Copy)]
+struct Strict<'a>(&'a Left);
+
+impl<'de> DeserializeSeed<'de> for Strict<'_> {
+    type Value = Value;
+
+    fn deserialize<D: serde::Deserializer<'de>>(self, reader: D) -> Result<Value, D::Error> {
+        take(&self.0.values, MAX_VALUES, "values")?;
+        reader.deserialize_any(self)
     }
 }
 
-struct Visitor;
-
-impl<'de> serde::de::Visitor<'de> for Visitor {
+impl<'de> serde::de::Visitor<'de> for Strict<'_> {
     type Value = Value;
 
     fn expecting(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -76,7 +99,7 @@ impl<'de> serde::de::Visitor<'de> for Visitor {
     }
     fn visit_seq<A: serde::de::SeqAccess<'de>>(self, mut items: A) -> Result<Value, A::Error> {
         let mut list = Vec::new();
-        while let Some(Strict(item)) = items.next_element()? {
+        while let Some(item) = items.next_element_seed(self)? {
             list.push(item);
         }
         Ok(Value::Array(list))
@@ -84,7 +107,8 @@ impl<'de> serde::de::Visitor<'de> for Visitor {
     fn visit_map<A: serde::de::MapAccess<'de>>(self, mut entries: A) -> Result<Value, A::Error> {
         let mut map = Map::new();
         while let Some(key) = entries.next_key::<String>()? {
-            let Strict(value) = entries.next_value()?;
+            take(&self.0.keys, MAX_KEYS, "keys of objects")?;
+            let value = entries.next_value_seed(self)?;
             if map.contains_key(&key) {
                 return Err(serde::de::Error::custom(format!("the key \"{key}\" is given twice")));
             }

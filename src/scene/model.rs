@@ -1,6 +1,7 @@
 //! What a scene is made of: each value is valid, so that later stages need no checks.
 
 use super::air::Atmosphere;
+use super::cumulus::Cumulus;
 use super::quantity::*;
 use super::{parse, write};
 use crate::optics::{Mix, PhaseTable};
@@ -44,8 +45,10 @@ pub struct Scene {
     pub(crate) sun: Sun,
     pub(crate) atmosphere: Atmosphere,
     pub(crate) ground: Ground,
-    /// Bottom to top: each base lies above the one before.
+    /// The stratiform layers, bottom to top: each base lies above the one before.
     pub(crate) layers: Vec<Layer>,
+    /// The layer of cumulus.
+    pub(crate) cumulus: Option<Cumulus>,
 }
 
 /// The square tile that is computed, periodic in x and y, centred on the origin.
@@ -110,7 +113,7 @@ pub enum GroundAlbedo {
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct ImageName(pub(crate) String);
 
-/// A layer of cloud.
+/// A stratiform layer of cloud.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Layer {
     /// Height of its flat base.
@@ -246,7 +249,7 @@ pub enum ImagePurpose {
 
 impl Scene {
     /// Most bytes of JSON that are read as a scene.
-    pub const MAX_BYTES: usize = 256 * 1024;
+    pub const MAX_BYTES: usize = 4 * 1024 * 1024;
     /// Most layers of cloud.
     pub const MAX_LAYERS: usize = 4;
     /// Most texels a side of a field or texture.
@@ -289,10 +292,10 @@ impl Scene {
         if let GroundAlbedo::Map { image, linear } = &self.ground.albedo {
             name("/ground/albedo/image".to_owned(), image, ImagePurpose::Albedo { linear: *linear });
         }
-        for (i, layer) in self.layers.iter().enumerate() {
+        for (number, layer) in self.layers.iter().enumerate() {
             if let Thickness::Map { image, scale_m } = &layer.thickness {
                 let purpose = ImagePurpose::Thickness { scale_m: scale_m.get() };
-                name(format!("/layers/{i}/thickness/image"), image, purpose);
+                name(format!("/layers/{}/thickness/image", self.place(number)), image, purpose);
             }
         }
         found
@@ -301,25 +304,55 @@ impl Scene {
     /// Fields that are accepted but change nothing in this scene, or leave open what is meant.
     pub fn notes(&self) -> Vec<FieldError> {
         let mut notes = Vec::new();
-        for (i, layer) in self.layers.iter().enumerate() {
+        let mut note = |i: usize, field: &str, detail: String| {
+            notes.push(FieldError { pointer: format!("/layers/{i}/{field}"), detail });
+        };
+        for (number, layer) in self.layers.iter().enumerate() {
             if layer.wind.turbulence_m_s.get() > 0.0 && matches!(layer.thickness, Thickness::Uniform(_)) {
                 let detail = "kept, without effect: a layer of the same thickness everywhere has nothing to move";
-                let pointer = format!("/layers/{i}/wind/turbulence_m_s");
-                notes.push(FieldError { pointer, detail: detail.to_owned() });
+                note(self.place(number), "wind/turbulence_m_s", detail.to_owned());
             }
-            if let Droplets::Tabulated { table, .. } = &layer.droplets
+        }
+        if let Some(cumulus) = &self.cumulus {
+            for (field, detail) in cumulus.notes(self.extent_m()) {
+                note(cumulus.place(), field, detail);
+            }
+        }
+        for (number, droplets) in self.droplets().enumerate() {
+            if let Droplets::Tabulated { table, .. } = droplets
                 && let Some(doubt) = table.doubt()
             {
-                let pointer = format!("/layers/{i}/droplets/phase_function");
-                notes.push(FieldError { pointer, detail: doubt.to_string() });
+                note(self.place(number), "droplets/phase_function", doubt.to_string());
             }
         }
         notes
     }
 
-    /// The droplet mixes whose tables a rendering needs, in the order of the layers.
+    /// Droplets of the stratiform layers, lowest first, and then of the cumulus.
+    fn droplets(&self) -> impl Iterator<Item = &Droplets> {
+        let cumulus = self.cumulus.iter().map(|cumulus| &cumulus.droplets);
+        self.layers.iter().map(|layer| &layer.droplets).chain(cumulus)
+    }
+
+    /// The droplet mixes whose tables a rendering needs: those of the stratiform layers, lowest first, and last that of the
+    /// cumulus.
     pub fn mixes(&self) -> Vec<Mix> {
-        self.layers.iter().map(|layer| layer.droplets.mix()).collect()
+        self.droplets().map(Droplets::mix).collect()
+    }
+
+    /// Where the layer of one of the [`Scene::mixes`] stands in the scene's list of layers.
+    pub fn place(&self, number: usize) -> usize {
+        match &self.cumulus {
+            Some(cumulus) if number == self.layers.len() => cumulus.place(),
+            Some(cumulus) if number >= cumulus.place() => number + 1,
+            _ => number,
+        }
+    }
+
+    /// Which of the stratiform layers, counted from the lowest, stands at a place of the scene's list; `None` for cumulus and
+    /// where there is none.
+    pub fn stratiform_index(&self, place: usize) -> Option<usize> {
+        (0..self.layers.len()).find(|&number| self.place(number) == place)
     }
 
     /// Side of the domain, metres.
@@ -327,9 +360,19 @@ impl Scene {
         self.domain.extent_m.get()
     }
 
-    /// Number of layers of cloud, 0 to [`Scene::MAX_LAYERS`].
+    /// Number of layers of cloud of all kinds, 0 to [`Scene::MAX_LAYERS`].
     pub fn layer_count(&self) -> usize {
+        self.stratiform_count() + usize::from(self.cumulus.is_some())
+    }
+
+    /// Number of stratiform layers.
+    pub fn stratiform_count(&self) -> usize {
         self.layers.len()
+    }
+
+    /// The layer of cumulus, if there is one.
+    pub fn cumulus(&self) -> Option<&Cumulus> {
+        self.cumulus.as_ref()
     }
 
     /// Texels a side unless a request asks for another size.
@@ -339,7 +382,8 @@ impl Scene {
 
     /// Height of the lowest cloud base, metres; 0 without any layer.
     pub fn base_m(&self) -> f64 {
-        self.layers.first().map_or(0.0, |layer| layer.base_m.get())
+        let bases = self.layers.first().map(|layer| layer.base_m).into_iter();
+        bases.chain(self.cumulus().map(|cumulus| cumulus.base_m)).map(Quantity::get).reduce(f64::min).unwrap_or(0.0)
     }
 }
 

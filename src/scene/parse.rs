@@ -1,16 +1,17 @@
 //! From JSON to a [`Scene`]: which fields there are, their defaults, and rules between them.
 
 use super::air::{self, Atmosphere};
+use super::cumulus::Cumulus;
 use super::model::*;
 use super::quantity::*;
 use super::read::{Object, Reader, describe};
-use super::{json, spelling, sun};
+use super::{cumulus, json, spelling, sun};
 use crate::optics::PhaseTable;
 use crate::optics::{TABLE_POINTS, TableFault};
 use serde_json::Value;
 
 /// Kinds of layers.
-pub(super) const LAYER_KINDS: [&str; 1] = ["stratiform"];
+pub(super) const LAYER_KINDS: [&str; 2] = ["stratiform", "cumulus"];
 /// Kinds of thickness.
 pub(super) const THICKNESS_KINDS: [&str; 3] = ["uniform", "stratocumulus", "image"];
 /// Base of a layer that gives none, metres.
@@ -50,8 +51,10 @@ fn root(reader: &mut Reader, value: &Value, resolve: Resolve<'_>) -> Option<Scen
     let atmosphere = air::read(reader, &root);
     let sun = sun::read(reader, &root, matches!(atmosphere, Some(Atmosphere::Air(_))));
     let ground = ground(reader, &root, resolve);
-    let layers = layers(reader, &root, resolve);
-    Some(Scene { domain: domain?, sun: sun?, atmosphere: atmosphere?, ground: ground?, layers: layers? })
+    let extent_m = domain.as_ref().map_or(*ExtentM::RANGE.end(), |domain| domain.extent_m.get());
+    let layers = layers(reader, &root, extent_m, resolve);
+    let (domain, (layers, cumulus)) = (domain?, layers?);
+    Some(Scene { domain, sun: sun?, atmosphere: atmosphere?, ground: ground?, layers, cumulus })
 }
 
 fn domain(reader: &mut Reader, root: &Object<'_>) -> Option<Domain> {
@@ -108,8 +111,17 @@ fn image(reader: &mut Reader, object: &Object<'_>, resolve: Resolve<'_>) -> Opti
     Some(ImageName(name))
 }
 
-fn layers(reader: &mut Reader, root: &Object<'_>, resolve: Resolve<'_>) -> Option<Vec<Layer>> {
-    let Some(value) = root.value("layers") else { return Some(Vec::new()) };
+/// A layer of either kind.
+enum AnyLayer {
+    Stratiform(Layer),
+    Cumulus(Cumulus),
+}
+
+/// The stratiform layers, lowest first, and the cumulus.
+type Layers = (Vec<Layer>, Option<Cumulus>);
+
+fn layers(reader: &mut Reader, root: &Object<'_>, extent_m: f64, resolve: Resolve<'_>) -> Option<Layers> {
+    let Some(value) = root.value("layers") else { return Some((Vec::new(), None)) };
     let Value::Array(list) = value else {
         reader.wrong("/layers", format!("{} where a list of layers is expected, bottom to top", describe(value)));
         return None;
@@ -119,10 +131,17 @@ fn layers(reader: &mut Reader, root: &Object<'_>, resolve: Resolve<'_>) -> Optio
         return None;
     }
     let mut layers = Vec::with_capacity(list.len());
+    let mut has_cumulus = false;
     for (i, value) in list.iter().enumerate() {
         let pointer = format!("/layers/{i}");
         // Every layer is read, so that all errors are told, whatever is wrong with those below.
-        layers.push(layer(reader, value, &pointer, resolve));
+        layers.push(layer(reader, value, i, extent_m, resolve));
+        if kind(value) == Some("cumulus") {
+            if has_cumulus {
+                reader.wrong(format!("{pointer}/kind"), "one layer of cumulus at most");
+            }
+            has_cumulus = true;
+        }
         let below = i.checked_sub(1).and_then(|below| base_m(&list[below]));
         if let (Some(below), Some(base)) = (below, base_m(value))
             && base <= below
@@ -137,7 +156,34 @@ fn layers(reader: &mut Reader, root: &Object<'_>, resolve: Resolve<'_>) -> Optio
             );
         }
     }
-    layers.into_iter().collect()
+    let (mut stratiform, mut cumulus) = (Vec::new(), None);
+    for layer in layers {
+        match layer? {
+            AnyLayer::Stratiform(layer) => stratiform.push(layer),
+            AnyLayer::Cumulus(layer) => cumulus = Some(layer),
+        }
+    }
+    Some((stratiform, cumulus))
+}
+
+/// The kind of a layer's JSON; `None` where it is not known.
+fn kind(layer: &Value) -> Option<&'static str> {
+    match layer.get("kind") {
+        Some(kind) => LAYER_KINDS.into_iter().find(|word| kind.as_str() == Some(word)),
+        None => {
+            let known = layer_fields();
+            let mut keys = layer.as_object().into_iter().flat_map(serde_json::Map::keys);
+            let misspelt = |key: &String| {
+                !known.contains(&key.as_str()) && spelling::nearest(key, known.iter().copied()) == Some("kind")
+            };
+            if keys.any(misspelt) { None } else { Some(LAYER_KINDS[0]) }
+        }
+    }
+}
+
+/// Fields of layers of all kinds.
+fn layer_fields() -> Vec<&'static str> {
+    cumulus::FIELDS.into_iter().chain(["thickness"]).collect()
 }
 
 /// Height of the base that a layer's JSON gives, if it is one: to compare it with its neighbours before all is valid.
@@ -150,16 +196,27 @@ fn base_m(layer: &Value) -> Option<BaseM> {
     }
 }
 
-fn layer(reader: &mut Reader, value: &Value, pointer: &str, resolve: Resolve<'_>) -> Option<Layer> {
-    let layer = reader.object(value, pointer, &["kind", "base_m", "thickness", "droplets", "wind"])?;
-    if layer.has("kind") {
-        reader.word(&layer, "kind", &LAYER_KINDS);
-    }
+fn layer(reader: &mut Reader, value: &Value, place: usize, extent_m: f64, resolve: Resolve<'_>) -> Option<AnyLayer> {
+    let pointer = format!("/layers/{place}");
+    let keys: &[&str] = match kind(value) {
+        Some("cumulus") => &cumulus::FIELDS,
+        Some(_) => &["kind", "base_m", "thickness", "droplets", "wind"],
+        // The values of the other fields cannot be judged.
+        None => {
+            let object = reader.object(value, &pointer, &layer_fields())?;
+            reader.word(&object, "kind", &LAYER_KINDS);
+            return None;
+        }
+    };
+    let layer = reader.object(value, &pointer, keys)?;
     let base_m = reader.number_or(&layer, "base_m", default(BASE_M)?);
+    if kind(value) == Some("cumulus") {
+        return cumulus::read(reader, &layer, place, base_m, extent_m).map(AnyLayer::Cumulus);
+    }
     let thickness = thickness(reader, &layer, resolve);
     let droplets = droplets(reader, &layer);
     let wind = wind(reader, &layer);
-    Some(Layer { base_m, thickness: thickness?, droplets: droplets?, wind: wind? })
+    Some(AnyLayer::Stratiform(Layer { base_m, thickness: thickness?, droplets: droplets?, wind: wind? }))
 }
 
 fn thickness(reader: &mut Reader, layer: &Object<'_>, resolve: Resolve<'_>) -> Option<Thickness> {
@@ -201,7 +258,7 @@ fn thickness(reader: &mut Reader, layer: &Object<'_>, resolve: Resolve<'_>) -> O
     }
 }
 
-fn droplets(reader: &mut Reader, layer: &Object<'_>) -> Option<Droplets> {
+pub(super) fn droplets(reader: &mut Reader, layer: &Object<'_>) -> Option<Droplets> {
     let gamma: &[&str] =
         &["effective_radius_um", "broadness", "number_per_cm3", "extinction_per_m", "refractive_index"];
     let Some(value) = layer.value("droplets") else {
@@ -279,7 +336,7 @@ fn phase_function(reader: &mut Reader, value: &Value, pointer: &str) -> Option<P
     judged.map_err(wrong).ok()
 }
 
-fn wind(reader: &mut Reader, layer: &Object<'_>) -> Option<Wind> {
+pub(super) fn wind(reader: &mut Reader, layer: &Object<'_>) -> Option<Wind> {
     let still = Wind { speed_m_s: default(0.0)?, from_deg: default(270.0)?, turbulence_m_s: default(0.0)? };
     if !layer.has("wind") {
         return Some(still);

@@ -91,6 +91,18 @@ quantities! {
     MeanThicknessM: 0.0..=40_000.0, "m";
     /// Part of the domain that has cloud.
     Coverage: 0.0..=1.0, "";
+    /// Part of the domain that has cumulus: beyond, clouds would merge into a deck.
+    CumulusCoverage: 0.0..=0.6, "";
+    /// Width of a full-grown cumulus.
+    CloudWidthM: 50.0..=20_000.0, "m";
+    /// Depth of the soft edge of cumulus.
+    EdgeM: 0.0..=200.0, "m";
+    /// East or north of the domain's middle; within the domain's side besides.
+    SpherePlaceM: -1e6..=1e6, "m";
+    /// Height of the centre of a sphere of cloud above ground.
+    SphereHeightM: 0.0..=30_000.0, "m";
+    /// Radius of a sphere of cloud.
+    SphereRadiusM: 0.5..=20_000.0, "m";
     /// Size of a convective cell.
     CellM: 1.0..=1e6, "m";
     /// Extinction coefficient.

@@ -2,7 +2,7 @@
 
 use super::model::*;
 use super::quantity::Quantity;
-use super::{air, sun};
+use super::{air, cumulus, sun};
 use serde_json::{Value, json};
 
 pub(super) fn scene(scene: &Scene) -> Value {
@@ -14,8 +14,17 @@ pub(super) fn scene(scene: &Scene) -> Value {
             GroundAlbedo::Uniform(albedo) => colour(*albedo),
             GroundAlbedo::Map { image, linear } => json!({ "image": image.0, "linear": linear }),
         } },
-        "layers": scene.layers.iter().map(layer).collect::<Vec<_>>(),
+        "layers": layers(scene),
     })
+}
+
+/// All layers in the order in which they were given, which is that of their bases.
+fn layers(scene: &Scene) -> Vec<Value> {
+    let mut layers: Vec<Value> = scene.layers.iter().map(layer).collect();
+    if let Some(given) = &scene.cumulus {
+        layers.insert(given.place.min(layers.len()), cumulus::write(given));
+    }
+    layers
 }
 
 fn colour<Q: Quantity>(channels: [Q; 3]) -> Value {
@@ -28,11 +37,15 @@ fn layer(layer: &Layer) -> Value {
         "base_m": layer.base_m.get(),
         "thickness": thickness(&layer.thickness),
         "droplets": droplets(&layer.droplets),
-        "wind": {
-            "speed_m_s": layer.wind.speed_m_s.get(),
-            "from_deg": layer.wind.from_deg.get(),
-            "turbulence_m_s": layer.wind.turbulence_m_s.get(),
-        },
+        "wind": wind(&layer.wind),
+    })
+}
+
+pub(super) fn wind(wind: &Wind) -> Value {
+    json!({
+        "speed_m_s": wind.speed_m_s.get(),
+        "from_deg": wind.from_deg.get(),
+        "turbulence_m_s": wind.turbulence_m_s.get(),
     })
 }
 
@@ -51,7 +64,7 @@ pub(crate) fn thickness(thickness: &Thickness) -> Value {
     }
 }
 
-fn droplets(droplets: &Droplets) -> Value {
+pub(super) fn droplets(droplets: &Droplets) -> Value {
     match droplets {
         Droplets::Gamma { effective_radius_um, broadness, number_per_cm3, extinction_per_m, refractive_index } => {
             let mut text = json!({

@@ -30,6 +30,32 @@ fn a_scene_is_registered_once_and_described_in_full() {
 }
 
 #[test]
+fn cumulus_is_kept_with_all_its_spheres() {
+    let common = common();
+    let mut own = scene();
+    let spheres: Vec<_> = (0..20_000).map(|i| [f64::from(i) - 9999.5, 12.25, 1500.0, 20.0]).collect();
+    own["layers"][0]["base_m"] = 500.into();
+    let droplets = own["layers"][0]["droplets"].clone();
+    let cumulus = serde_json::json!({ "kind": "cumulus", "spheres": spheres, "droplets": droplets });
+    own["layers"].as_array_mut().unwrap().push(cumulus);
+    let text = own.to_string();
+    assert!(text.len() > 400_000);
+    let answer = common.server.post_scene(text.as_bytes());
+    assert_eq!(answer.status, 201, "{}", answer.text());
+    let kept = &answer.json()["scene"]["layers"][1];
+    assert_eq!(kept["spheres"], serde_json::json!(spheres));
+    let sky = answer.header("location");
+    assert_eq!(common.server.get(&format!("{sky}/cloud.f32?size=4&layer=1")).status, 200);
+    common.server.get(&format!("{sky}/cloud.f32?size=4&layer=2")).names(422, "layer");
+    // Alone it is no ceiling of the light yet.
+    own["layers"].as_array_mut().unwrap().remove(0);
+    let sky = common.server.sky(&own);
+    assert_eq!(common.server.get(&format!("{sky}/sun.json")).json()["irradiance"]["at"], "the ground");
+    own["layers"][0]["droplets"]["phase_function"] = serde_json::json!([]);
+    common.server.post_scene(own.to_string().as_bytes()).problem(422);
+}
+
+#[test]
 fn a_deleted_sky_is_gone_with_its_textures_and_can_come_back() {
     let common = common();
     let mut own = scene();
@@ -101,7 +127,7 @@ fn presets_are_scenes_that_can_be_registered() {
 fn limits_in_force_are_shown() {
     let common = common();
     let limits = common.server.get("/v1/limits").json();
-    assert_eq!(limits["limits"]["scene_bytes"], 262_144);
+    assert_eq!(limits["limits"]["scene_bytes"], 4_194_304);
     assert_eq!(limits["queue"]["depth"], 32);
 }
 

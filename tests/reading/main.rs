@@ -1,6 +1,7 @@
 //! From text to a scene and back.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test stops where it fails")]
 
+mod cumulus;
 mod documentation;
 mod encoding;
 mod fields;

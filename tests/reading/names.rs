@@ -3,7 +3,7 @@
 use crate::{layer, read};
 use proptest::prelude::*;
 use serde_json::{Value, json};
-use skyloom::scene::{Scene, SceneError};
+use skyloom::scene::{Cumulus, Scene, SceneError};
 
 /// Numbers as clients write them: ordinary ones, both zeros, the smallest, those that rounding joins with others.
 fn spelt(low: f64, high: f64) -> BoxedStrategy<Value> {
@@ -94,10 +94,21 @@ fn scene() -> impl Strategy<Value = Value> {
     let map = spelt(0.0, 1e5).prop_map(|scale| json!({ "kind": "image", "image": "5".repeat(64), "scale_m": scale }));
     let thickness = prop_oneof![with(field, json!({ "kind": "stratocumulus" })), uniform, map];
     let layer = object(vec![("base_m", spelt(0.0, 2e4)), ("droplets", droplets()), ("wind", wind)]);
-    let layer = (layer, thickness).prop_map(|(mut layer, thickness)| {
+    let stratiform = (layer, thickness).prop_map(|(mut layer, thickness)| {
         layer["thickness"] = thickness;
         json!([layer])
     });
+    let width = (50.0..2e4_f64, 0.0..1.0_f64).prop_map(|(least, part)| json!([least, least + part * (2e4 - least)]));
+    let cumulus = object(vec![
+        ("base_m", spelt(0.0, 2e4)),
+        ("droplets", droplets()),
+        ("coverage", spelt(0.0, 0.6)),
+        ("width_m", width.boxed()),
+        ("seed", any::<u32>().prop_map(|seed| json!(seed)).boxed()),
+        ("edge_m", spelt(0.0, 200.0)),
+    ]);
+    let cumulus = with(cumulus, json!({ "kind": "cumulus" })).prop_map(|layer| json!([layer]));
+    let layer = prop_oneof![3 => stratiform, 1 => cumulus];
     let ground = prop_oneof![colour(0.0, 1.0), Just(json!({ "image": "a".repeat(64), "linear": true }))];
     object(vec![
         (
@@ -169,14 +180,19 @@ fn a_scene_that_is_too_long_when_written_out_is_refused() {
             r#"{{"base_m":{i},"thickness":{{"kind":"uniform","metres":1}},"droplets":{{"extinction_per_m":1,"phase_function":[{table}]}}}}"#
         )
     };
+    // Short numbers that are long when they are written out.
+    let spheres = vec!["[-4e5,-4e5,3e4,2e4]"; Cumulus::MAX_SPHERES].join(",");
+    let cumulus = format!(
+        r#"{{"kind":"cumulus","base_m":9,"spheres":[{spheres}],"droplets":{{"extinction_per_m":1,"phase_function":[{table}]}}}}"#
+    );
     let of = |layers: usize| {
-        let layers: Vec<_> = (0..layers).map(layer).collect();
-        format!(r#"{{"layers":[{}]}}"#, layers.join(","))
+        let layers: Vec<_> = (0..layers).map(layer).chain([cumulus.clone()]).collect();
+        format!(r#"{{"domain":{{"extent_m":4e5}},"layers":[{}]}}"#, layers.join(","))
     };
     let fits = Scene::from_json(of(1).as_bytes()).unwrap();
     assert_eq!(Scene::from_json(fits.to_json().to_string().as_bytes()).unwrap(), fits);
-    assert!(of(4).len() < Scene::MAX_BYTES);
-    match Scene::from_json(of(4).as_bytes()) {
+    assert!(of(3).len() < Scene::MAX_BYTES);
+    match Scene::from_json(of(3).as_bytes()) {
         Err(SceneError::Invalid(errors)) => {
             assert_eq!(errors.len(), 1);
             assert!(errors[0].pointer.is_empty() && errors[0].detail.contains("spelled out"), "{}", errors[0].detail);
