@@ -16,7 +16,8 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     let uv = texel_place(view, id.xy);
     let at = id.y * view.size.x + id.x;
     let horizontal = frame.sun.irradiance * frame.sun.cosine * frame.sun.through_air;
-    let total = horizontal * beam[at].rgb + sample_periodic(gathered, repeat, uv, 0u).rgb;
+    let diffuse = max(sample_periodic(gathered, repeat, uv, 0u).rgb + view.added, vec3<f32>(0.0));
+    let total = horizontal * beam[at].rgb + diffuse;
     let direct = horizontal * select(unscattered[at].rgb, beam[at].rgb, view.peak == 1u);
     var light = total;
     if view.part == 1u {

@@ -2,13 +2,21 @@
 //! and light in them in three dimensions.
 
 mod body;
+mod coverage;
 pub mod dressed;
+mod hash;
+mod highest;
 pub mod lattice;
+mod layer;
 mod march;
+mod population;
 mod relief;
+mod shape;
 mod volume;
 
 pub use body::{Body, Sphere};
+pub use highest::highest_m;
+pub use layer::{body, drift_m};
 pub use march::{Ray, Step, mean_density};
 pub use relief::Relief;
 pub use volume::Volume;

@@ -1,30 +1,38 @@
 //! From a moment to the host structs that the passes take: the only place where double precision becomes single.
 
-use crate::gpu::layout::{Backdrop, Frame, Medium, Placement, SkyView, Sun, SunMaps, View};
+use crate::cumulus::Volume;
+use crate::cumulus::lattice::{Lattice, Lighting};
+use crate::gpu::layout::{Backdrop, Cumulus, Frame, Medium, Placement, SkyView, Sun, SunMaps, View};
 use crate::moment::Moment;
 use crate::plan::SkyDetail;
 use crate::projection::{Side, Sphere, SphereLayout, Viewer, camera_axes};
 use crate::request::{Component, Transport, Wanted};
+use glam::DVec2;
 
 fn single<const N: usize>(values: [f64; N]) -> [f32; N] {
     values.map(|value| value as f32)
+}
+
+fn sun(moment: &Moment, discs: u32) -> Sun {
+    let light = &moment.illumination;
+    Sun {
+        towards: single(light.towards_sun),
+        slant_cosine: moment.slant_cosine() as f32,
+        irradiance: single(light.beam),
+        cosine: light.cosine() as f32,
+        radius: (0.5 * light.sun_diameter) as f32,
+        discs,
+        spare: [0; 2],
+        through_air: single(light.air_below.ground_beam),
+        spare_2: 0,
+    }
 }
 
 /// One layer of a moment.
 pub(crate) fn frame(moment: &Moment, number: usize) -> Frame {
     let (light, layer) = (&moment.illumination, &moment.layers[number]);
     Frame {
-        sun: Sun {
-            towards: single(light.towards_sun),
-            slant_cosine: moment.slant_cosine() as f32,
-            irradiance: single(light.beam),
-            cosine: light.cosine() as f32,
-            radius: (0.5 * light.sun_diameter) as f32,
-            discs: layer.discs,
-            spare: [0; 2],
-            through_air: single(light.air_below.ground_beam),
-            spare_2: 0,
-        },
+        sun: sun(moment, layer.discs),
         medium: Medium {
             extinction: single(layer.extinction_per_m),
             extinction_550: layer.extinction_per_m[1] as f32,
@@ -59,6 +67,50 @@ pub(crate) fn frame(moment: &Moment, number: usize) -> Frame {
                 Transport::Entry | Transport::Blended => 0,
             },
         },
+    }
+}
+
+/// Light on a scene without stratiform layers, as a layer of no cloud.
+pub(crate) fn clear(moment: &Moment) -> Frame {
+    Frame { sun: sun(moment, 1), ..Frame::default() }
+}
+
+/// A layer of cumulus; its lattice where its light is wanted.
+pub(crate) fn cumulus(
+    volume: &Volume,
+    lighting: &Lighting,
+    beam: [f64; 3],
+    lattice: Option<&Lattice>,
+    drift_m: DVec2,
+    [tile_m, sun_diameter]: [f64; 2],
+) -> Cumulus {
+    let colour = |value: &dyn Fn(usize) -> f64| single([value(0), value(1), value(2)]);
+    let scattering = &lighting.scattering;
+    Cumulus {
+        sun: single(lighting.towards_sun.to_array()),
+        extent_m: volume.extent_m as f32,
+        irradiance: single(lighting.sun),
+        base_m: volume.base_m as f32,
+        extinction: single(lighting.extinction_per_m),
+        top_m: volume.top_m as f32,
+        kept: colour(&|c| scattering[c].kept),
+        low_m: volume.base_m.max(volume.floor_m) as f32,
+        albedo: colour(&|c| scattering[c].albedo),
+        floor_m: volume.floor_m as f32,
+        asymmetry: colour(&|c| 3.0 * scattering[c].asymmetry),
+        voxel_m: volume.voxel_m as f32,
+        beam: single(beam),
+        band_m: volume.band_m as f32,
+        above: single(lighting.above),
+        edge_m: volume.edge_m as f32,
+        below: single(lighting.below),
+        relief_m: volume.relief_m as f32,
+        offset_m: single(drift_m.to_array()),
+        tile_m: tile_m as f32,
+        sun_radius: (0.5 * sun_diameter) as f32,
+        cell_m: lattice.map_or(1.0, |lattice| lattice.cell_m) as f32,
+        lattice_floor_m: lattice.map_or(0.0, |lattice| lattice.floor_m) as f32,
+        ..Cumulus::default()
     }
 }
 

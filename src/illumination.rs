@@ -97,6 +97,14 @@ impl Illumination {
         }
     }
 
+    /// The beam at a height: in air it is brighter above.
+    pub(crate) fn beam_at(&self, air: Option<&SceneAir>, height_m: f64) -> [f64; 3] {
+        let Some(air) = air.filter(|_| self.is_day()) else { return self.beam };
+        let waves = air.clear.waves.each_ref();
+        let beam = waves.map(|wave| wave.air.disc_transmittance(height_m, self.towards_sun[2]));
+        rec709(beam).map(|value| self.nearness * value.max(0.0))
+    }
+
     /// Cosine of the sun's zenith angle, at least 0.
     pub fn cosine(&self) -> f64 {
         self.towards_sun[2].max(0.0)

@@ -1,6 +1,7 @@
 //! A scene at one moment: where things are and how they are lit, in numbers of double precision. [`crate::frame`] makes of it
 //! what the passes take; nothing comes back from there.
 
+use crate::cumulus;
 use crate::field::{self, Field};
 use crate::gpu::layout::MIN_COSINE;
 use crate::ground;
@@ -141,7 +142,8 @@ impl Moment {
         for (layer, shape) in layers.iter_mut().zip(&shapes) {
             layer.blur_texels = shape.spread_m() / extent_m * f64::from(grids.sun_texels);
         }
-        let top_m = layers.iter().map(|layer| layer.top_m).fold(base_m, f64::max);
+        let cumulus_m = scene.cumulus.as_ref().map_or(base_m, |cumulus| cumulus::highest_m(cumulus, extent_m));
+        let top_m = layers.iter().map(|layer| layer.top_m).fold(cumulus_m, f64::max);
         Self { illumination, layers, plan, grids, extent_m, base_m, top_m }
     }
 

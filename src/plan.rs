@@ -167,11 +167,11 @@ impl Plan {
             add("sky", choice, "asked for".to_owned(), 0.5 * self.tolerance);
             return choices;
         }
-        if scene.layers.is_empty() && request.wanted.sphere().is_some() {
+        if scene.layer_count() == 0 && request.wanted.sphere().is_some() {
             add("sky", "the ground and the sky".to_owned(), "there are no clouds".to_owned(), 0.0);
             return choices;
         }
-        if scene.layers.is_empty() {
+        if scene.layer_count() == 0 {
             add("shade", "constant".to_owned(), "without clouds every texel is the same".to_owned(), 0.0);
             return choices;
         }

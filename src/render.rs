@@ -5,6 +5,7 @@
 
 mod clear;
 mod compass;
+mod cumulus_kept;
 mod file;
 mod kept;
 mod keys;
@@ -16,11 +17,13 @@ pub use crate::job::{Fault, Images, Job, RenderError, Texture, Watch};
 pub use file::encode;
 pub use stages::{SkyStages, Stages};
 
+use crate::cumulus;
 use crate::encode::{Exposure, Output, Picture, metered_white};
 use crate::gpu::{AdapterSummary, Gpu, GpuError};
 use crate::illumination::Illumination;
 use crate::request::{Cloud, Format, Method, Request, Sky, TextureKind, Wanted};
 use crate::scene::Scene;
+use crate::scene::quantity::Quantity as _;
 use crate::tables::TableLibrary;
 use pipeline::{Clock, Keep, Pipeline, Texels, drawn};
 use std::sync::Arc;
@@ -110,7 +113,7 @@ impl Renderer {
         let (texels, plane_m, deepest_m) = if let Wanted::Compass(sphere) = &request.wanted {
             let draw = || compass::texels(sphere, [width, height], illumination.towards_sun, watch);
             (Texels { data: clock.time("draw", draw)?, standard_error: None }, 0.0, 0.0)
-        } else if job.scene().stratiform_count() == 0 && request.wanted.sphere().is_none() {
+        } else if job.scene().layer_count() == 0 && request.wanted.sphere().is_none() {
             let texel = clear::texel(&request.wanted, illumination);
             let data = texel.repeat(width as usize * height as usize);
             (Texels { data, standard_error: None }, 0.0, 0.0)
@@ -118,7 +121,10 @@ impl Renderer {
             let run = self.pipeline.run(job, watch, Keep::Texels, &mut clock)?;
             let plane_m = request.wanted.plane().map_or(0.0, |plane| run.moment.plane_m(plane.side));
             let deepest_m = drawn(job).into_iter().map(|number| run.fields[number].depth_m).sum::<f32>();
-            (run.texels, plane_m, deepest_m)
+            let cumulus = job.scene().cumulus.as_ref();
+            let rise_m = cumulus
+                .map_or(0.0, |cumulus| cumulus::highest_m(cumulus, job.scene().extent_m()) - cumulus.base_m.get());
+            (run.texels, plane_m, deepest_m + rise_m as f32)
         };
         let Texels { mut data, mut standard_error } = texels;
         let channels = request.texture().channels();

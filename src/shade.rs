@@ -1,5 +1,6 @@
 //! Stage `shade`: the textures that are asked for, from thickness, light and tables.
 
+mod cumulus;
 mod ground;
 mod inputs;
 mod method;
@@ -9,13 +10,14 @@ mod tiles;
 use crate::gpu::layout::View;
 use crate::gpu::{Gpu, GpuError, binds, shaders};
 use crate::request::TextureKind;
+pub(crate) use cumulus::{CumulusField, CumulusInputs, CumulusLit, Dressed};
 use ground::on_the_ground;
 pub(crate) use ground::{GroundSun, ground_sun};
 use inputs::{DrawnOn, cloud_binds, each, early, held};
 pub(crate) use inputs::{Inputs, LayerInputs};
 pub(crate) use method::SlabLight;
 pub use sky::SkyClouds;
-pub(crate) use sky::{DeviceAir, GroundLit, OnGround, SkyInputs, SkyLayer, ground_radiance, sky_band};
+pub(crate) use sky::{DeviceAir, GroundLit, OnGround, SkyCumulus, SkyInputs, SkyLayer, ground_radiance, sky_band};
 use std::time::Instant;
 pub(crate) use tiles::dip;
 
@@ -43,23 +45,41 @@ pub(crate) fn band(
     let count = view.size[0] as usize * view.rows as usize * texture.channels().len();
     let output = gpu.storage("output", count);
     let passes = match texture {
-        TextureKind::Thickness => each(gpu, inputs, view, |layer, view| {
+        TextureKind::Thickness => each(gpu, inputs, view, false, |layer, view| {
             let binds = binds![layer.frame, view, &layer.field.thickness, &gpu.repeat, &output];
             Some((&shaders::THICKNESS, binds))
+        })
+        .map(|mut passes| {
+            let view = View { first: passes.is_empty().into(), ..*view };
+            let below = |cumulus: &CumulusInputs| cumulus.below(gpu, &shaders::CUMULUS_THICKNESS, &view, &[&output]);
+            passes.extend(inputs.cumulus.map(|(_, cumulus)| below(cumulus)));
+            passes
         }),
         TextureKind::Shadow | TextureKind::Irradiance => on_the_ground(gpu, texture, inputs, sun, view, &output),
         TextureKind::Cloud => {
             let from_above = view.from_above == 1;
             let held = held(gpu, inputs.layers.len() > 1, view.size[0] as usize * view.rows as usize);
             let last = inputs.layers.last().and_then(|last| last.light);
-            each(gpu, inputs, view, |layer, bound| {
+            // A new buffer holds zeros: what is drawn first may as well add to them.
+            let over = inputs.cumulus.is_some_and(|(before, _)| *before == 0);
+            let drawn = each(gpu, inputs, view, over, |layer, bound| {
                 let (tables, method) = (layer.tables?, layer.method?);
                 let shape = binds![&layer.field.thickness, &layer.field.bounds];
                 let drawn_on = DrawnOn { texels: &output, behind: last?.beyond(from_above), held: &held };
                 let mut binds = cloud_binds(gpu, layer, bound, shape, from_above, &drawn_on)?;
                 binds.extend(method.binds(gpu, tables, from_above));
                 Some((method.shader(), binds))
-            })
+            });
+            match (drawn, inputs.cumulus) {
+                (Some(mut passes), Some((before, cumulus))) => {
+                    let view = View { together: (inputs.layers.len() > 1).into(), ..*view };
+                    cumulus.on_plane(gpu, &view, &output, &held).map(|pass| {
+                        passes.insert(*before, pass);
+                        passes
+                    })
+                }
+                (drawn, _) => drawn,
+            }
         }
         // The bands of one are made by `sky_band`, the other is drawn by the host.
         TextureKind::Sky | TextureKind::Compass => None,

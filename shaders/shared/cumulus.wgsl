@@ -23,11 +23,12 @@ struct CloudRay {
     bend: f32,
 }
 
-// A step along it.
-struct CloudStep {
-    to_m: f32,
-    depth: f32,   // below the surface there, if it was looked up
-    density: f32, // mean
+// Where a march along it is.
+struct CloudMarch {
+    at_m: f32,
+    depth: f32,    // below the surface there, if it is known
+    length_m: f32, // of the last step, and the mean density on it
+    density: f32,
 }
 
 fn cumulus_place(ray: CloudRay, at_m: f32) -> vec3<f32> {
@@ -59,10 +60,18 @@ fn cumulus_mean(from_m: f32, to_m: f32, edge_m: f32) -> f32 {
     return select(clamp(mean, 0.0, 1.0), even, abs(change) < 1e-3);
 }
 
-// One step from a place, over which the surface is seen no sharper than over soft_m.
-fn cumulus_step(ray: CloudRay, at_m: f32, end_m: f32, known: f32, soft_m: f32) -> CloudStep {
-    let place = cumulus_place(ray, at_m);
-    let towards = ray.towards + vec3<f32>(0.0, 0.0, ray.bend * at_m);
+// One step on, or one look at the place that was reached by a leap. The surface is seen no sharper than over soft_m. Software devices
+// run through both sides of a branch: a step takes one sample.
+fn cumulus_march(ray: CloudRay, march: CloudMarch, end_m: f32, soft_m: f32) -> CloudMarch {
+    let edge_m = clamp(soft_m, cumulus.edge_m, max(cumulus.band_m, cumulus.edge_m));
+    let widened = 0.5 * (edge_m - cumulus.edge_m);
+    let rough = select(CUMULUS_STEP * cumulus.voxel_m, min(CUMULUS_STEP * cumulus.voxel_m, CUMULUS_ROUGH_STEP_M), cumulus.relief_m > 0.0);
+    let unknown = march.depth == CUMULUS_UNKNOWN;
+    let clear = -march.depth - cumulus.relief_m - widened;
+    let full = march.depth - cumulus.edge_m - cumulus.relief_m - widened;
+    let wanted_m = select(max(max(clear, full), max(rough, soft_m)), 0.0, unknown);
+    let to_m = min(march.at_m + wanted_m, end_m);
+    let place = cumulus_place(ray, to_m);
     let corner = vec3<f32>(-0.5 * cumulus.extent_m, -0.5 * cumulus.extent_m, cumulus.floor_m);
     let block_m = CUMULUS_BLOCK * cumulus.voxel_m;
     let block = floor((place - corner) / block_m);
@@ -70,42 +79,28 @@ fn cumulus_step(ray: CloudRay, at_m: f32, end_m: f32, known: f32, soft_m: f32) -
     let cell = vec3<i32>(block);
     let wrapped = vec3<i32>(((cell.xy % count.xy) + count.xy) % count.xy, clamp(cell.z, 0, count.z - 1));
     let leap = textureLoad(leaps, wrapped, 0).x;
-    if leap > 0u {
-        // Out of the cube of clear blocks around this one.
-        let reach = f32(leap) - 1.0;
-        let faces = corner + (block + select(vec3<f32>(-reach), vec3<f32>(1.0 + reach), towards >= vec3<f32>(0.0))) * block_m;
-        let out = (faces - place) / select(towards, vec3<f32>(1e-9), abs(towards) < vec3<f32>(1e-9));
-        let length_m = max(min(abs(out.x), min(abs(out.y), abs(out.z))), 0.0) + 1e-3 * cumulus.voxel_m + 1e-6 * at_m;
-        return CloudStep(at_m + length_m, CUMULUS_UNKNOWN, 0.0);
-    }
-    let edge_m = clamp(soft_m, cumulus.edge_m, max(cumulus.band_m, cumulus.edge_m));
-    let widened = 0.5 * (edge_m - cumulus.edge_m);
-    var here = known;
-    if known == CUMULUS_UNKNOWN {
-        here = cumulus_depth(place);
-    }
-    let rough = select(CUMULUS_STEP * cumulus.voxel_m, min(CUMULUS_STEP * cumulus.voxel_m, CUMULUS_ROUGH_STEP_M), cumulus.relief_m > 0.0);
-    let clear = -here - cumulus.relief_m - widened;
-    let full = here - cumulus.edge_m - cumulus.relief_m - widened;
-    let to_m = min(at_m + max(max(clear, full), max(rough, 0.5 * soft_m)), end_m);
-    let there_at = cumulus_place(ray, to_m);
-    let there = cumulus_depth(there_at);
-    let middle_z = 0.5 * (place.z + there_at.z);
+    let there = cumulus_depth(place);
+    let middle_z = 0.5 * (cumulus_place(ray, march.at_m).z + place.z);
     let base = select(1.0, clamp((middle_z - cumulus.base_m) / max(cumulus.edge_m, 1e-6), 0.0, 1.0), cumulus.edge_m > 0.0);
-    return CloudStep(to_m, there, base * cumulus_mean(here + widened, there + widened, edge_m));
+    let density = select(base * cumulus_mean(march.depth + widened, there + widened, edge_m), 0.0, unknown);
+    // Out of the cube of clear blocks around this one.
+    let towards = ray.towards + vec3<f32>(0.0, 0.0, ray.bend * to_m);
+    let reach = f32(leap) - 1.0;
+    let faces = corner + (block + select(vec3<f32>(-reach), vec3<f32>(1.0 + reach), towards >= vec3<f32>(0.0))) * block_m;
+    let out = abs((faces - place) / select(towards, vec3<f32>(1e-9), abs(towards) < vec3<f32>(1e-9)));
+    let leap_m = min(out.x, min(out.y, out.z)) + 1e-3 * cumulus.voxel_m + 1e-6 * to_m;
+    let leaps_on = leap > 0u;
+    return CloudMarch(to_m + select(0.0, leap_m, leaps_on), select(there, CUMULUS_UNKNOWN, leaps_on), to_m - march.at_m, density);
 }
 
 // Length of cloud along a ray, as if it were of full density everywhere, up to about enough_m. The surface is seen as from a
 // disc of so many radians.
 fn cumulus_length(ray: CloudRay, near_m: f32, far_m: f32, enough_m: f32, disc: f32) -> f32 {
-    var at_m = near_m;
-    var depth = CUMULUS_UNKNOWN;
+    var march = CloudMarch(near_m, CUMULUS_UNKNOWN, 0.0, 0.0);
     var length_m = 0.0;
-    for (var i = 0u; i < CUMULUS_SUN_STEPS && at_m < far_m && length_m < enough_m; i++) {
-        let step = cumulus_step(ray, at_m, far_m, depth, disc * at_m);
-        length_m += step.density * (min(step.to_m, far_m) - at_m);
-        at_m = step.to_m;
-        depth = step.depth;
+    for (var i = 0u; i < CUMULUS_SUN_STEPS && march.at_m < far_m && length_m < enough_m; i++) {
+        march = cumulus_march(ray, march, far_m, disc * march.at_m);
+        length_m += march.density * march.length_m;
     }
     return length_m;
 }

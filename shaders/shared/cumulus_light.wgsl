@@ -8,6 +8,8 @@
 
 // Shares of the light that are looked at along a ray, about.
 const CUMULUS_SHARES: f32 = 8.0;
+// Pieces of a ray, at most.
+const CUMULUS_PIECES: u32 = 64u;
 // Optical depth, after the forward peak counts as not scattered, beyond which nothing is seen.
 const CUMULUS_OPAQUE: f32 = 6.0;
 // Within this angle of the sun its depth is that of a ray of its own, as long as the path to the eye is no longer than this.
@@ -63,26 +65,26 @@ fn cumulus_piece(ray: CloudRay, angle: f32, at_m: f32, before: f32, piece: f32) 
 fn cumulus_seen(ray: CloudRay, near_m: f32, far_m: f32, cone: f32, background: vec3<f32>) -> CumulusSeen {
     let angle = 2.0 * atan2(length(ray.towards - cumulus.sun), length(ray.towards + cumulus.sun));
     var seen = CumulusSeen(vec3<f32>(0.0), 0.0);
-    var piece = 0.0;
-    var moment = 0.0;
-    var at_m = near_m;
-    var depth = CUMULUS_UNKNOWN;
-    for (var i = 0u; i < CUMULUS_VIEW_STEPS && at_m < far_m && cumulus.kept.g * seen.depth < CUMULUS_OPAQUE; i++) {
-        let step = cumulus_step(ray, at_m, far_m, depth, cone * at_m);
-        let to_m = min(step.to_m, far_m);
-        let added = cumulus.extinction.g * step.density * (to_m - at_m);
-        piece += added;
-        moment += added * 0.5 * (at_m + to_m);
-        at_m = step.to_m;
-        depth = step.depth;
-        // A gap ends a piece: what comes next has another place.
-        let share = exp(-cumulus.kept.g * seen.depth) - exp(-cumulus.kept.g * (seen.depth + piece));
-        let ends = added == 0.0 || at_m >= far_m || share > 1.0 / CUMULUS_SHARES || i + 1u == CUMULUS_VIEW_STEPS;
-        if piece > 0.0 && ends {
+    var march = CloudMarch(near_m, CUMULUS_UNKNOWN, 0.0, 0.0);
+    var step = 0u;
+    // A piece is shaded once it is whole: software devices would shade at every step.
+    for (var i = 0u; i < CUMULUS_PIECES && march.at_m < far_m && cumulus.kept.g * seen.depth < CUMULUS_OPAQUE; i++) {
+        var piece = 0.0;
+        var moment = 0.0;
+        var ends = false;
+        for (; step < CUMULUS_VIEW_STEPS && march.at_m < far_m && !ends; step++) {
+            let from_m = march.at_m;
+            march = cumulus_march(ray, march, far_m, cone * from_m);
+            let added = cumulus.extinction.g * march.density * march.length_m;
+            piece += added;
+            moment += added * (from_m + 0.5 * march.length_m);
+            // A gap ends a piece: what comes next has another place.
+            let share = exp(-cumulus.kept.g * seen.depth) * (1.0 - exp(-cumulus.kept.g * piece));
+            ends = piece > 0.0 && (added == 0.0 || share > 1.0 / CUMULUS_SHARES);
+        }
+        if piece > 0.0 {
             seen.radiance += cumulus_piece(ray, angle, moment / piece, seen.depth, piece);
             seen.depth += piece;
-            piece = 0.0;
-            moment = 0.0;
         }
     }
     let total = seen.depth * cumulus.extinction / cumulus.extinction.g;

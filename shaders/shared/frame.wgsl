@@ -69,10 +69,8 @@ struct View {
     part: u32,                // irradiance: 0 total, 1 direct, 2 diffuse
     peak: u32,                // 1: light scattered by less than 5 degrees counts as beam
     first: u32,               // 1: the layer is the first that is drawn, nothing lies before it
+    added: vec3<f32>,         // irradiance: even light that falls on the ground beside that of the layers' exchange
     together: u32,            // 1: several layers are drawn, and carry each other's light on; 0: one by itself
-    spare_0: u32,
-    spare_1: u32,
-    spare_2: u32,
 }
 
 // One output texture of the whole sky, or a band of its rows.

@@ -5,17 +5,18 @@
 //! to the centre of the next, so that no light is spread by interpolation.
 
 mod cells;
+mod lighting;
 mod lines;
 mod mixing;
 mod sweep;
 
-use super::dressed::Scattering;
-use super::march::Ray;
 use super::volume::Volume;
-use cells::Cells;
-use glam::{DVec3, Vec4};
+use cells::{Cells, Grid};
+use glam::Vec4;
+pub use lighting::Lighting;
 use lines::Lines;
 use mixing::Mixing;
+use std::f64::consts::PI;
 use sweep::{Border, State, sweep};
 
 /// Side of a cube at most, metres, and in mean free paths.
@@ -27,22 +28,8 @@ const MAX_CELLS: f64 = 4e6;
 const SETTLED: f64 = 4e-3;
 const MAX_ITERATIONS: usize = 16;
 
-/// What lights a cumulus layer, and of what it is made. Arrays are red, green, blue.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Lighting {
-    /// Extinction at full density.
-    pub extinction_per_m: [f64; 3],
-    /// How droplets scatter.
-    pub scattering: [Scattering; 3],
-    /// Towards the sun, a unit vector.
-    pub towards_sun: DVec3,
-    /// The sun's irradiance on a plane facing it, above the layer.
-    pub sun: [f64; 3],
-    /// Radiance that comes down on the layer, the same from everywhere.
-    pub above: [f64; 3],
-    /// Radiance that comes up to it.
-    pub below: [f64; 3],
-}
+/// Irradiance by the sum of weighted cosines of the directions that come down: pi where light is even.
+const FLUX: f64 = PI / (1.0 / 15.0 + 4.0 * 3.0 / 40.0 * 0.577_350_269_189_625_8);
 
 /// Light in the cubes of a lattice that fills the domain.
 #[derive(Debug, Clone, PartialEq)]
@@ -59,6 +46,8 @@ pub struct Lattice {
     /// Optical depth towards the sun at 550 nm from the centres of cubes. Where nothing lies towards the sun it is minus that of the way to the cloud
     /// below, up to a cube's, so that 0 lies at the surface when it is read between centres.
     pub sun_depth: Vec<f32>,
+    /// What the layer's scattering adds to the mean irradiance below it, and above it from below. Light that goes on straight is not in it.
+    pub added: [[f64; 3]; 2],
     /// Iterations that were taken, and the last one's change.
     pub iterations: usize,
     /// See `iterations`.
@@ -83,7 +72,11 @@ impl Lattice {
         let floor_m = volume.floor_m + volume.voxel_m - cell_m;
         let up = ((volume.top_m - floor_m) / cell_m).ceil() as usize + 1;
         let size = [across, across, up];
-        let cells = Cells::new(volume, lighting, size, cell_m, floor_m);
+        let grid = Grid { size, cell_m, floor_m, extent_m: volume.extent_m };
+        let t = std::time::Instant::now();
+        let cells = Cells::new(volume, lighting, &grid);
+        eprintln!("DEBUG cells {:?} {size:?} {cell_m} active {}", t.elapsed(), cells.places.len());
+        let t = std::time::Instant::now();
         let lines = Lines::new(&cells.places, size, cell_m);
         let colour = |c: [f64; 3]| Vec4::new(c[0] as f32, c[1] as f32, c[2] as f32, 0.0);
         let scattering = lighting.scattering;
@@ -96,9 +89,10 @@ impl Lattice {
         };
         let mut state: Vec<State> = vec![State::default(); cells.places.len()];
         let mut mixing = Mixing::default();
-        let (mut iterations, mut change) = (0, 0.0);
+        let (mut iterations, mut change, mut leaving) = (0, 0.0, Default::default());
         while iterations < MAX_ITERATIONS && !state.is_empty() {
-            let next = sweep(&cells, &lines, &border, &state);
+            let (next, gone) = sweep(&cells, &lines, &border, &state);
+            leaving = gone;
             iterations += 1;
             change = mixing::change(&state, &next);
             if change < SETTLED {
@@ -107,17 +101,22 @@ impl Lattice {
             }
             state = mixing.mix(state, next);
         }
+        eprintln!("DEBUG iterate {:?} {iterations}", t.elapsed());
         let mut lattice = Self {
             size,
             cell_m,
             floor_m,
             light: std::array::from_fn(|_| vec![[0.0; 4]; size.iter().product()]),
             sun_depth: vec![0.0; size.iter().product()],
+            added: leaving.map(|sum| {
+                let mean = sum * FLUX / (size[0] * size[1]) as f64;
+                [mean.x, mean.y, mean.z]
+            }),
             iterations,
             change,
         };
         for ((place, state), depth) in cells.places.iter().zip(&state).zip(&cells.sun_depth) {
-            let number = place[0] as usize + across * (place[1] as usize + across * place[2] as usize);
+            let number = grid.number(place.map(i64::from));
             for (c, light) in lattice.light.iter_mut().enumerate() {
                 light[number] = state.0.map(|part| part[c]);
             }
@@ -125,9 +124,4 @@ impl Lattice {
         }
         lattice
     }
-}
-
-/// The way of a sun ray from a place.
-fn sun_ray(from: DVec3, towards_sun: DVec3) -> Ray {
-    Ray { from, towards: towards_sun }
 }

@@ -4,7 +4,7 @@ use super::volume::{BLOCK, Volume};
 use glam::{DVec3, dvec3};
 
 /// Steps of a ray, at most: far below what an invocation on a common software driver may take in all.
-pub const MAX_STEPS: u32 = 4096;
+const MAX_STEPS: u32 = 4096;
 /// A step at the surface, in cubes, and metres at most where noise is to be seen.
 const STEP: f64 = 0.4;
 const ROUGH_STEP_M: f64 = 8.0;
@@ -68,61 +68,60 @@ pub fn mean_density(from_m: f64, to_m: f64, edge_m: f64) -> f64 {
 }
 
 impl Volume {
-    /// Length of a step from a place at a depth below the surface; `least_m` is as fine as is looked.
-    pub fn step_m(&self, depth_m: f64, least_m: f64) -> f64 {
-        let clear = -depth_m - self.relief_m;
-        let full = depth_m - self.edge_m - self.relief_m;
-        clear.max(full).max(least_m)
-    }
-
     /// The shortest step.
-    pub fn least_step_m(&self) -> f64 {
+    fn least_step_m(&self) -> f64 {
         let step = STEP * self.voxel_m;
         if self.relief_m > 0.0 { step.min(ROUGH_STEP_M) } else { step }
     }
 
-    /// Visits the parts of a ray that have cloud, in order, until `visit` says that it is enough. `finest_m` tells how fine is looked at a
-    /// distance.
-    pub fn march(&self, ray: Ray, farthest_m: f64, finest_m: impl Fn(f64) -> f64, mut visit: impl FnMut(Step) -> bool) {
+    /// Visits the parts of a ray that have cloud, in order, until `visit` says that it is enough. At a distance the surface is seen no
+    /// sharper than over what `soft_m` tells of it.
+    pub fn march(&self, ray: Ray, farthest_m: f64, soft_m: impl Fn(f64) -> f64, mut visit: impl FnMut(Step) -> bool) {
         let low = self.base_m.max(self.floor_m);
         let Some([mut at, end]) = ray.between(low, self.top_m, farthest_m) else { return };
-        let corner = dvec3(-0.5 * self.extent_m, -0.5 * self.extent_m, self.floor_m);
-        let block_m = self.voxel_m * BLOCK as f64;
         let mut depth = None;
         for _ in 0..MAX_STEPS {
             if at >= end {
                 return;
             }
             let place = ray.at(at);
-            let block = ((place - corner) / block_m).floor();
-            let leap = self.leap_at(block.as_ivec3());
-            if leap > 0 {
-                // Out of the cube of clear blocks around this one.
-                let reach = f64::from(leap - 1);
-                let faces = corner
-                    + (block
-                        + DVec3::select(
-                            ray.towards.cmpge(DVec3::ZERO),
-                            DVec3::splat(1.0 + reach),
-                            DVec3::splat(-reach),
-                        ))
-                        * block_m;
-                let out = (faces - place) / ray.towards;
-                let out = [out.x, out.y, out.z].into_iter().filter(|out| out.is_finite()).fold(f64::INFINITY, f64::min);
-                at += out.max(0.0) + 1e-3 * self.voxel_m;
-                depth = None;
+            let Some(here) =
+                depth.or_else(|| (self.leap_m(place, ray.towards) == 0.0).then(|| self.rugged_depth(place)))
+            else {
+                at += self.leap_m(place, ray.towards);
                 continue;
-            }
-            let here = depth.unwrap_or_else(|| self.rugged_depth(place));
-            let to = (at + self.step_m(here, self.least_step_m().max(finest_m(at)))).min(end);
+            };
+            let soft_m = soft_m(at);
+            let edge_m = soft_m.clamp(self.edge_m, self.band_m.max(self.edge_m));
+            let widened = 0.5 * (edge_m - self.edge_m);
+            let (clear, full) = (-here - self.relief_m - widened, here - self.edge_m - self.relief_m - widened);
+            let to = (at + clear.max(full).max(self.least_step_m()).max(soft_m)).min(end);
             let there = self.rugged_depth(ray.at(to));
             let middle_z = ray.from.z + ray.towards.z * 0.5 * (at + to);
-            let density = mean_density(here, there, self.edge_m) * self.above_base(middle_z);
+            let density = mean_density(here + widened, there + widened, edge_m) * self.above_base(middle_z);
             if density > 0.0 && !visit(Step { from_m: at, to_m: to, density }) {
                 return;
             }
-            (at, depth) = (to, Some(there));
+            let leap_m = self.leap_m(ray.at(to), ray.towards);
+            (at, depth) = (to + leap_m, (leap_m == 0.0).then_some(there));
         }
+    }
+
+    /// How far a ray may leap from a place; 0 where cloud may be.
+    fn leap_m(&self, place: DVec3, towards: DVec3) -> f64 {
+        let corner = dvec3(-0.5 * self.extent_m, -0.5 * self.extent_m, self.floor_m);
+        let block_m = self.voxel_m * BLOCK as f64;
+        let block = ((place - corner) / block_m).floor();
+        let leap = self.leap_at(block.as_ivec3());
+        if leap == 0 {
+            return 0.0;
+        }
+        // Out of the cube of clear blocks around this one.
+        let reach = f64::from(leap - 1);
+        let ahead = DVec3::select(towards.cmpge(DVec3::ZERO), DVec3::splat(1.0 + reach), DVec3::splat(-reach));
+        let out = (corner + (block + ahead) * block_m - place) / towards;
+        let out = [out.x, out.y, out.z].into_iter().filter(|out| out.is_finite()).fold(f64::INFINITY, f64::min);
+        out.max(0.0) + 1e-3 * self.voxel_m
     }
 
     /// Length of cloud along a ray, as if it were of full density everywhere, metres; no more than about `enough_m` is looked for.

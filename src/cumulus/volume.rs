@@ -11,7 +11,7 @@ const SAMPLES: f64 = 64e6;
 /// Samples a side, at most: what a device of WebGPU's default limits takes in three dimensions.
 const MAX_SIDE: f64 = 2048.0;
 /// Samples a side of a block, the unit in which rays leap over clear air.
-pub const BLOCK: usize = 8;
+pub(super) const BLOCK: usize = 8;
 /// Leaps are as long as so many blocks, at most.
 const FARTHEST: u8 = 15;
 
@@ -143,25 +143,9 @@ impl Volume {
 
     /// Finds how far a ray may leap from each block.
     fn leap(&mut self) {
-        let [nx, ny, nz] = self.size;
-        let [bx, by, bz] = self.blocks;
         // Cloud begins where noise may lift the surface to.
         let clear = ((1.0 - self.relief_m / self.band_m) * 127.5).floor().max(0.0) as u8;
-        let cloudy: Vec<bool> = self.samples.par_iter().map(|&sample| sample > clear).collect();
-        let mut near: Vec<bool> = (0..bx * by * bz)
-            .into_par_iter()
-            .map(|number| {
-                let block = [number % bx, number / bx % by, number / (bx * by)];
-                // A place in the block reads samples up to half a cube outside.
-                let reach = |b: usize| (b * BLOCK) as i64 - 1..=((b + 1) * BLOCK) as i64;
-                reach(block[2]).filter(|&z| z >= 0 && z < nz as i64).any(|z| {
-                    reach(block[1]).any(|y| {
-                        let row = nx * (y.rem_euclid(ny as i64) as usize + ny * z as usize);
-                        reach(block[0]).any(|x| cloudy[row + x.rem_euclid(nx as i64) as usize])
-                    })
-                })
-            })
-            .collect();
+        let mut near: Vec<bool> = self.highest().into_iter().map(|highest| highest > clear).collect();
         let mut leaps: Vec<u8> = near.iter().map(|&near| if near { 0 } else { FARTHEST }).collect();
         for distance in 1..FARTHEST {
             let grown = self.grow(&near);
@@ -173,6 +157,42 @@ impl Volume {
             near = grown;
         }
         self.leaps = leaps;
+    }
+
+    /// The highest sample that a place in each block reads: its own ones, and those next to it.
+    fn highest(&self) -> Vec<u8> {
+        let [nx, ny, nz] = self.size;
+        let [bx, by, _] = self.blocks;
+        let mut highest = vec![0; self.leaps_len()];
+        highest.par_chunks_mut(bx * by).enumerate().for_each(|(layer, highest)| {
+            let mut row_highest = vec![0_u8; bx];
+            for z in (layer * BLOCK).saturating_sub(1)..((layer + 1) * BLOCK + 1).min(nz) {
+                for y in 0..ny {
+                    let row = &self.samples[nx * (y + ny * z)..][..nx];
+                    for (block, value) in row_highest.iter_mut().enumerate() {
+                        let (first, last) = (block * BLOCK, (block + 1) * BLOCK);
+                        let own = row[first..last].iter().fold(0, |highest: u8, &sample| highest.max(sample));
+                        *value = own.max(row[(first + nx - 1) % nx]).max(row[last % nx]);
+                    }
+                    let mut merge = |block: usize| {
+                        let into = &mut highest[bx * block..][..bx];
+                        into.iter_mut().zip(&row_highest).for_each(|(into, &value)| *into = value.max(*into));
+                    };
+                    let block = y / BLOCK;
+                    merge(block);
+                    match y % BLOCK {
+                        0 => merge((block + by - 1) % by),
+                        last if last == BLOCK - 1 => merge((block + 1) % by),
+                        _ => {}
+                    }
+                }
+            }
+        });
+        highest
+    }
+
+    fn leaps_len(&self) -> usize {
+        self.blocks.iter().product()
     }
 
     /// Blocks that are marked or have a marked neighbour.
@@ -193,6 +213,12 @@ impl Volume {
         let grown = along(marked, 1, bx, true);
         let grown = along(&grown, bx, by, true);
         along(&grown, bx * by, bz, false)
+    }
+
+    /// Whether a place has clear air around it, as far as a block reaches.
+    pub(super) fn is_far(&self, place: DVec3) -> bool {
+        let corner = dvec3(-0.5 * self.extent_m, -0.5 * self.extent_m, self.floor_m);
+        self.leap_at(((place - corner) / (self.voxel_m * BLOCK as f64)).floor().as_ivec3()) > 1
     }
 
     /// How many blocks a ray may leap from a place: 0 where cloud may be.

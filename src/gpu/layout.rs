@@ -136,14 +136,10 @@ pub struct View {
     pub peak: u32,
     /// 1: nothing lies before the layer.
     pub first: u32,
+    /// Irradiance: even light that falls on the ground beside that of the layers' exchange.
+    pub added: [f32; 3],
     /// 1: several layers are drawn, and carry each other's light on; 0: one by itself.
     pub together: u32,
-    /// Unused.
-    pub spare_0: u32,
-    /// Unused.
-    pub spare_1: u32,
-    /// Unused.
-    pub spare_2: u32,
 }
 
 /// One output texture of the whole sky, or a band of its rows.

@@ -3,6 +3,7 @@
 use super::device::Gpu;
 use super::error::GpuError;
 use super::shaders::{self, Shader};
+use half::f16;
 use std::collections::HashMap;
 use std::time::Instant;
 use wgpu::util::DeviceExt as _;
@@ -122,6 +123,25 @@ impl Gpu {
             wgpu::Extent3d { width: size[0], height: size[1], depth_or_array_layers: 1 },
         );
         target
+    }
+
+    /// A texture of four half floats a texel, filled from the host: those are filtered on every device.
+    pub(crate) fn half_from(&self, label: &str, size: [u32; 2], texels: &[[f16; 4]]) -> wgpu::TextureView {
+        let extent = wgpu::Extent3d { width: size[0], height: size[1], depth_or_array_layers: 1 };
+        let texture = self.device.create_texture(&wgpu::TextureDescriptor {
+            label: Some(label),
+            size: extent,
+            mip_level_count: 1,
+            sample_count: 1,
+            dimension: wgpu::TextureDimension::D2,
+            format: wgpu::TextureFormat::Rgba16Float,
+            usage: wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_DST,
+            view_formats: &[],
+        });
+        let layout =
+            wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(8 * size[0]), rows_per_image: Some(size[1]) };
+        self.queue.write_texture(texture.as_image_copy(), bytemuck::cast_slice(texels), layout, extent);
+        texture.create_view(&Default::default())
     }
 
     /// A volume of texels of a format that every device filters, or of whole numbers, filled from the host.

@@ -72,7 +72,7 @@ fn dressed_at(table: &[f64], angle: f64, path: f64) -> f64 {
 
 impl CumulusLight<'_> {
     /// What is seen along a ray before `background`, the radiance of what lies behind.
-    pub fn seen(&self, ray: Ray, farthest_m: f64, finest_m: impl Fn(f64) -> f64, background: DVec3) -> CumulusSeen {
+    pub fn seen(&self, ray: Ray, farthest_m: f64, soft_m: impl Fn(f64) -> f64, background: DVec3) -> CumulusSeen {
         let Self { volume, lighting, .. } = self;
         let (towards, sun) = (ray.towards, lighting.towards_sun);
         let angle = 2.0 * (towards - sun).length().atan2((towards + sun).length());
@@ -89,7 +89,7 @@ impl CumulusLight<'_> {
         let extinction = lighting.extinction_per_m[1];
         let kept = lighting.scattering[1].kept;
         let mut end_m = 0.0;
-        volume.march(ray, farthest_m, finest_m, |step: Step| {
+        volume.march(ray, farthest_m, soft_m, |step: Step| {
             // A gap ends a piece: its light has another place.
             if gathered.pending > 0.0 && step.from_m > end_m + 1e-6 {
                 gathered.shade();
@@ -144,7 +144,7 @@ impl Gathered<'_> {
         if self.ray.towards.dot(lighting.towards_sun) > NEAR_SUN && middle < NEAR_SUN_DEPTH {
             let enough_m = 2.0 * NEAR_SUN_DEPTH / extinction[1];
             let ray = Ray { from: place, towards: lighting.towards_sun };
-            sun_depth = extinction[1] * volume.length_m(ray, 4.0 * volume.extent_m, enough_m);
+            sun_depth = extinction[1] * volume.length_m(ray, 4.0 * volume.extent_m, enough_m, 0.0);
         }
         let sun_depth = sun_depth.max(0.0);
         let end = self.depth + self.pending;

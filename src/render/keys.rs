@@ -40,6 +40,8 @@ pub(super) struct MomentKey {
     /// Of the tables of its air: finer ones have other light.
     air: Option<String>,
     layers: Vec<([f64; 2], FieldKey)>,
+    /// The time, where there is cumulus.
+    cumulus_at_s: Option<f64>,
 }
 
 /// Tables of a droplet mix at its ratios of extinction.
@@ -119,7 +121,8 @@ impl MomentKey {
         let layers = layers.map(|(number, layer)| (layer.offset_uv, FieldKey::new(job, number))).collect();
         let air = job.air().map(|air| air.key().to_owned());
         let towards_sun = moment.illumination.towards_sun;
-        Self { scene: job.scene_id().to_owned(), towards_sun, air, layers }
+        let cumulus_at_s = job.scene().cumulus.as_ref().map(|_| job.request().time_s);
+        Self { scene: job.scene_id().to_owned(), towards_sun, air, layers, cumulus_at_s }
     }
 }
 

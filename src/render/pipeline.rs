@@ -1,6 +1,7 @@
 //! The stages in order, and what of them stays on the device between requests. Every texture goes this one way; tests look at
 //! the same run.
 
+use super::cumulus_kept::CumulusKept;
 use super::file::check_eye;
 use super::kept::Kept;
 use super::keys::{BeamKey, FieldKey, LightKey, MixKey, SlabKey, SourceKey};
@@ -50,6 +51,7 @@ pub(super) struct Pipeline {
     lights: Kept<LightKey, Arc<Light>>,
     beams: Kept<BeamKey, Arc<GroundSun>>,
     skies: SkyKept,
+    cumulus: CumulusKept,
 }
 
 /// What a run leaves behind: its texels, and the stages that led to them.
@@ -123,6 +125,12 @@ pub(super) fn drawn(job: &Job) -> Vec<usize> {
     layers
 }
 
+/// How many of the layers that a texture shows are drawn before one at a place of the scene's list.
+fn cumulus_place(job: &Job, place: usize) -> usize {
+    let from_above = job.request().wanted.plane().is_some_and(|plane| plane.side == Side::Above);
+    drawn(job).into_iter().filter(|&number| (job.scene().place(number) < place) != from_above).count()
+}
+
 impl Pipeline {
     pub(super) fn new(gpu: Gpu) -> Self {
         Self {
@@ -134,6 +142,7 @@ impl Pipeline {
             lights: Kept::new(KEPT),
             beams: Kept::new(KEPT_BEAMS),
             skies: SkyKept::new(),
+            cumulus: CumulusKept::new(),
         }
     }
 
@@ -193,6 +202,23 @@ impl Pipeline {
             Some(slab) => clock.time("slice", || Ok::<_, RenderError>(self.slabs(job, &run, slab)))?,
             None => Vec::new(),
         };
+        let clear = self.gpu.uniform("frame", &frame::clear(&run.moment));
+        let below = job.scene().cumulus.as_ref().map_or(0, |cumulus| cumulus_place(job, cumulus.place()));
+        let cumulus = match job.scene().cumulus {
+            Some(_) => clock.time("cumulus", || {
+                self.cumulus.inputs(&self.gpu, job, &run.moment, needs.light || needs.slab, watch)
+            })?,
+            None => None,
+        };
+        let cumulus = cumulus.map(|(inputs, added)| {
+            run.view.added = added.map(|light| light as f32);
+            (below, inputs)
+        });
+        let cumulus_seen = job
+            .scene()
+            .cumulus
+            .as_ref()
+            .is_some_and(|cumulus| request.wanted.layer().is_none_or(|layer| layer as usize == cumulus.place()));
         let layer = |number: usize| shade::LayerInputs {
             frame: &seen_by[number],
             field: &run.fields[number],
@@ -200,20 +226,25 @@ impl Pipeline {
             method: slabs.get(number),
             light: light.as_deref().and_then(|light| light.layers.get(number)),
         };
-        let of = |layers: Vec<usize>| shade::Inputs {
+        let dark = self.gpu.texture_from("gathered", [1; 2], 4, &[0.0; 4]);
+        let of = |layers: Vec<usize>, with_cumulus: bool| shade::Inputs {
             layers: layers.into_iter().map(layer).collect(),
-            gathered: light.as_deref().map(|light| &light.gathered),
+            cumulus: cumulus.as_ref().filter(|_| with_cumulus),
+            clear: &clear,
+            gathered: Some(light.as_deref().map_or(&dark, |light| &light.gathered)),
         };
         if let Some(sphere) = request.wanted.sphere() {
-            let all = of((0..run.fields.len()).collect());
+            let all = of((0..run.fields.len()).collect(), true);
+            let cumulus = cumulus.as_ref().filter(|_| cumulus_seen).map(|(below, inputs)| (*below, inputs));
+            let added = run.view.added;
             let seen = drawn(job).into_iter().map(|number| (number, layer(number))).collect();
-            let sky = SkyJob { job, moment: &run.moment, sphere, all: &all, seen, watch };
+            let sky = SkyJob { job, moment: &run.moment, sphere, all: &all, seen, cumulus, added, watch };
             let (data, stages) = clock.time("shade", || self.skies.texels(&self.gpu, sky, keep))?;
             run.sky = stages;
             run.texels = Texels { data, standard_error: None };
             return Ok(run);
         }
-        let inputs = of(drawn(job));
+        let inputs = of(drawn(job), cumulus_seen || needs.ground_sun);
         let shading = Shading { job, moment: &run.moment, inputs, view: &run.view, watch };
         let mut data = clock.time("shade", || bands(&self.gpu, &mut self.beams, &shading))?;
         let mut standard_error = None;

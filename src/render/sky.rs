@@ -18,7 +18,10 @@ use crate::request::Sphere;
 use crate::scene::Atmosphere;
 use crate::scene::quantity::Quantity as _;
 use crate::scene_air::CoverMoment;
-use crate::shade::{self, DeviceAir, GroundLit, Inputs, LayerInputs, OnGround, SkyClouds, SkyInputs, SkyLayer, dip};
+use crate::shade::{
+    self, CumulusInputs, DeviceAir, GroundLit, Inputs, LayerInputs, OnGround, SkyClouds, SkyCumulus, SkyInputs,
+    SkyLayer, dip,
+};
 use std::sync::Arc;
 
 /// Fields whose levels, and moments whose grounds, stay on the device.
@@ -46,6 +49,10 @@ pub(super) struct SkyJob<'a> {
     pub(super) all: &'a Inputs<'a>,
     /// Those that are seen, with their numbers, lowest first.
     pub(super) seen: Vec<(usize, LayerInputs<'a>)>,
+    /// Cumulus that is seen, and the number of those layers below it.
+    pub(super) cumulus: Option<(usize, &'a CumulusInputs)>,
+    /// Even light on the ground beside that of the layers' exchange.
+    pub(super) added: [f32; 3],
     pub(super) watch: &'a Watch,
 }
 
@@ -106,8 +113,8 @@ impl SkyKept {
         sky: SkyJob<'_>,
         keep: Keep,
     ) -> Result<(Vec<f32>, Option<SkyStages>), RenderError> {
-        let SkyJob { job, moment, sphere, all, seen, watch } = sky;
-        let ground = self.ground(gpu, job, moment, all, watch)?;
+        let SkyJob { job, moment, sphere, all, seen, cumulus, added, watch } = sky;
+        let ground = self.ground(gpu, job, moment, all, added, watch)?;
         let eye = Eye::new(job, moment, sphere);
         let mut air = |half, end| {
             self.airs.get_or_make(AirKey::new(job, [eye.height_m, eye.sun_cosine, eye.nearness], half, end), || {
@@ -126,11 +133,17 @@ impl SkyKept {
             let rising = (eye.height_m < top_m || !eye.in_air).then(|| air(Half::Above, End::Shell(base_m)));
             layers.push(SkyLayer { inputs, levels, base_m, top_m, before: [sinking, rising] });
         }
-        let cuts = MEAN_CUTS * layers.len() as f64;
+        let cumulus = cumulus.map(|(below, inputs)| {
+            let (low_m, top_m) = (f64::from(inputs.frame.low_m), f64::from(inputs.frame.top_m));
+            let sinking = (eye.height_m > low_m).then(|| air(Half::Below, End::Shell(top_m)));
+            let rising = (eye.height_m < top_m || !eye.in_air).then(|| air(Half::Above, End::Shell(low_m)));
+            (below, SkyCumulus { inputs, before: [sinking, rising] })
+        });
+        let cuts = MEAN_CUTS * (layers.len() + usize::from(cumulus.is_some())) as f64;
         let backdrop = frame::backdrop(moment, far[0].horizon, eye.asymmetry);
         let disc = (job.request().wanted.disc() == Some(true))
             .then(|| moment.illumination.disc(job.scene(), job.air().map(|air| &*air.clear), eye.height_m));
-        let inputs = SkyInputs { sphere, layers, ground, backdrop, air: far, disc };
+        let inputs = SkyInputs { sphere, layers, cumulus, ground, backdrop, air: far, disc };
         let view = frame::sky_view(sphere, moment.plan.sky, job.request().texels(job.scene()));
         let [across, down] = view.size;
         let rows = shade::band_rows(view.size, cuts);
@@ -151,14 +164,15 @@ impl SkyKept {
         job: &Job,
         moment: &Moment,
         all: &Inputs<'_>,
+        added: [f32; 3],
         watch: &Watch,
     ) -> Result<Arc<GroundLit>, RenderError> {
         let texels = ground_texels(job);
         self.grounds.get_or(GroundKey::new(job, moment, texels), || {
             let albedo = GroundMap::new(&job.scene().ground.albedo, job.images())?.means(texels);
-            let view = ground_view(texels);
+            let view = View { added, ..ground_view(texels) };
             let deadline = watch.deadline;
-            let made = if all.layers.is_empty() {
+            let made = if all.layers.is_empty() && all.cumulus.is_none() {
                 shade::ground_radiance(gpu, &OnGround::Even(moment.illumination.total()), &view, &albedo, deadline)
             } else {
                 let sun = shade::ground_sun(gpu, all, &view, deadline)?;

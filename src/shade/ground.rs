@@ -22,7 +22,7 @@ pub(crate) fn ground_sun(
 ) -> Result<GroundSun, GpuError> {
     let count = 4 * view.size[0] as usize * view.rows as usize;
     let sun = GroundSun { beam: gpu.storage("beam", count), unscattered: gpu.storage("unscattered", count) };
-    let passes = each(gpu, inputs, view, |layer, view| {
+    let passes = each(gpu, inputs, view, false, |layer, view| {
         let (thickness, bounds) = (&layer.field.thickness, &layer.field.bounds);
         let transmittance = &layer.tables?.transmittance;
         let (repeat, clamp) = (&gpu.repeat, &gpu.clamp);
@@ -30,7 +30,12 @@ pub(crate) fn ground_sun(
             binds![layer.frame, view, thickness, bounds, transmittance, repeat, clamp, &sun.beam, &sun.unscattered];
         Some((&shaders::GROUND_SUN, binds))
     });
-    gpu.run("ground_sun", deadline, &passes.ok_or_else(|| early("the sun's beam"))?)?;
+    let mut passes = passes.ok_or_else(|| early("the sun's beam"))?;
+    if let Some((_, cumulus)) = inputs.cumulus {
+        let view = View { first: passes.is_empty().into(), ..*view };
+        passes.push(cumulus.below(gpu, &shaders::CUMULUS_GROUND, &view, &[&sun.beam, &sun.unscattered]));
+    }
+    gpu.run("ground_sun", deadline, &passes)?;
     Ok(sun)
 }
 
@@ -43,7 +48,12 @@ pub(super) fn on_the_ground(
     output: &wgpu::Buffer,
 ) -> Option<Vec<Pass>> {
     let sun = sun?;
-    let mut binds = binds![inputs.layers.first()?.frame, &gpu.uniform("view", view), &sun.beam, &sun.unscattered];
+    let mut binds = binds![
+        inputs.layers.first().map_or(inputs.clear, |layer| layer.frame),
+        &gpu.uniform("view", view),
+        &sun.beam,
+        &sun.unscattered
+    ];
     let shader = if texture == TextureKind::Shadow { &shaders::SHADOW } else { &shaders::IRRADIANCE };
     if texture == TextureKind::Irradiance {
         binds.extend(binds![inputs.gathered?, &gpu.repeat]);

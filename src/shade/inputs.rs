@@ -1,5 +1,6 @@
 //! What textures are made from, and how passes take it.
 
+use super::cumulus::CumulusInputs;
 use super::method::SlabLight;
 use crate::field::Field;
 use crate::gpu::layout::View;
@@ -21,6 +22,10 @@ pub(crate) struct LayerInputs<'a> {
 pub(crate) struct Inputs<'a> {
     /// The layers that it shows, in the order in which they are drawn: from the viewer on.
     pub(crate) layers: Vec<LayerInputs<'a>>,
+    /// The cumulus, and how many of the layers are drawn before it.
+    pub(crate) cumulus: Option<&'a (usize, CumulusInputs)>,
+    /// Light on a scene without stratiform layers, as a layer of no cloud.
+    pub(crate) clear: &'a wgpu::Buffer,
     /// Diffuse irradiance of the ground.
     pub(crate) gathered: Option<&'a Target>,
 }
@@ -74,17 +79,18 @@ pub(super) fn cloud_binds(
     Some(binds)
 }
 
-/// A pass for each layer; the first is told that nothing lies before it. `None` where something is missing.
+/// A pass for each stratiform layer; the first is told that nothing lies before it, unless it is drawn `over` something. `None` where something is missing.
 pub(super) fn each<'a>(
     gpu: &Gpu,
     inputs: &'a Inputs<'a>,
     view: &View,
+    over: bool,
     make: impl Fn(&'a LayerInputs<'a>, &wgpu::Buffer) -> Option<(&'static Shader, Vec<Bind>)>,
 ) -> Option<Vec<Pass>> {
     let together = (inputs.layers.len() > 1).into();
     let views = [0, 1].map(|first| gpu.uniform("view", &View { first, together, ..*view }));
     let pass = |(i, layer): (usize, &'a LayerInputs<'a>)| {
-        let (shader, binds) = make(layer, &views[usize::from(i == 0)])?;
+        let (shader, binds) = make(layer, &views[usize::from(i == 0 && !over)])?;
         Some(Pass::new(shader, [view.size[0], view.rows], binds))
     };
     inputs.layers.iter().enumerate().map(pass).collect()

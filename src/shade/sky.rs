@@ -1,5 +1,6 @@
 //! The whole sky from an eye: clouds along each ray, and what lies behind them.
 
+use super::cumulus::CumulusInputs;
 use super::ground::{GroundSun, on_the_ground};
 use super::inputs::{DrawnOn, Inputs, LayerInputs, cloud_binds, early, held};
 use super::tiles::{self, TILE};
@@ -24,6 +25,13 @@ pub(crate) struct SkyLayer<'a> {
     pub(crate) before: [Option<Arc<DeviceAir>>; 2],
 }
 
+/// Cumulus that is seen.
+pub(crate) struct SkyCumulus<'a> {
+    pub(crate) inputs: &'a CumulusInputs,
+    /// As of a layer.
+    pub(crate) before: [Option<Arc<DeviceAir>>; 2],
+}
+
 /// A map of air on the device.
 pub(crate) struct DeviceAir {
     pub(crate) map: Target,
@@ -43,6 +51,8 @@ pub(crate) struct SkyInputs<'a> {
     pub(crate) sphere: &'a Sphere,
     /// The layers that are seen, lowest first.
     pub(crate) layers: Vec<SkyLayer<'a>>,
+    /// With the number of layers that are seen below it.
+    pub(crate) cumulus: Option<(usize, SkyCumulus<'a>)>,
     pub(crate) ground: Arc<GroundLit>,
     pub(crate) backdrop: Backdrop,
     /// Air from the eye to space, and to the ground.
@@ -124,9 +134,19 @@ pub(crate) fn sky_band(
     let eye_m = inputs.sphere.eye[2];
     let (mut passes, mut views) = (Vec::new(), Vec::new());
     // As a ray meets them: sinking from the highest layer to the lowest, then rising again.
-    let sinking = inputs.layers.iter().rev().map(|layer| (layer, false));
-    let rising = inputs.layers.iter().map(|layer| (layer, true));
-    for (layer, rising) in sinking.chain(rising) {
+    let mut upwards: Vec<Seen<'_, '_>> = inputs.layers.iter().map(Seen::Layer).collect();
+    if let Some((below, cumulus)) = &inputs.cumulus {
+        upwards.insert(*below, Seen::Cumulus(cumulus));
+    }
+    let sinking = upwards.iter().rev().map(|seen| (seen, false));
+    for (seen, rising) in sinking.chain(upwards.iter().map(|seen| (seen, true))) {
+        let layer = match seen {
+            Seen::Layer(layer) => layer,
+            Seen::Cumulus(cumulus) => {
+                passes.extend(cumulus_pass(gpu, inputs, cumulus, rising, view, &tiles, [&clouds, &held])?);
+                continue;
+            }
+        };
         let Some(before) = &layer.before[usize::from(rising)] else { continue };
         let shown = tiles::names(&tiles, |up| tiles::meets(up, eye_m, layer.base_m, layer.top_m, rising));
         let edge = -tiles::dip(eye_m, if rising { 0.0 } else { layer.top_m }) as f32;
@@ -170,6 +190,39 @@ pub(crate) fn sky_band(
         }
     }
     Ok(light)
+}
+
+/// What a ray meets.
+enum Seen<'a, 'b> {
+    Layer(&'a SkyLayer<'b>),
+    Cumulus(&'a SkyCumulus<'b>),
+}
+
+fn cumulus_pass(
+    gpu: &Gpu,
+    inputs: &SkyInputs<'_>,
+    cumulus: &SkyCumulus<'_>,
+    rising: bool,
+    view: &SkyView,
+    tiles: &[tiles::Tile],
+    [clouds, held]: [&wgpu::Buffer; 2],
+) -> Result<Option<Pass>, GpuError> {
+    let Some(before) = &cumulus.before[usize::from(rising)] else { return Ok(None) };
+    let (frame, eye_m) = (&cumulus.inputs.frame, inputs.sphere.eye[2]);
+    let (low_m, top_m) = (f64::from(frame.low_m), f64::from(frame.top_m));
+    let shown = tiles::names(tiles, |up| tiles::meets(up, eye_m, low_m, top_m, rising));
+    let view = SkyView {
+        rising: rising.into(),
+        horizon: before.horizon as f32,
+        asymmetry: inputs.backdrop.asymmetry,
+        together: (inputs.layers.len() > 1).into(),
+        ..*view
+    };
+    let mut binds = cumulus.inputs.light(gpu).ok_or_else(|| early("cumulus"))?;
+    Ok(over(gpu, &shaders::CUMULUS_SKY, &shown, |tiles| {
+        binds.extend(binds![&gpu.uniform("view", &view), &before.map, &gpu.clamp, tiles, clouds, held]);
+        binds
+    }))
 }
 
 /// A pass over some tiles, if there are any.

@@ -1,15 +1,22 @@
 //! The cubes of a lattice that hold cloud or touch one that does.
 
-use super::super::march::Ray;
-use super::super::volume::Volume;
-use super::{Lighting, sun_ray};
+use super::lighting::Lighting;
+use crate::cumulus::march::Ray;
+use crate::cumulus::volume::Volume;
 use glam::{DVec3, Vec4, dvec3};
 use rayon::prelude::*;
+use std::f64::consts::PI;
 
 /// Optical depth towards the sun, after the forward peak counts as not scattered, beyond which nothing arrives.
 const DARK: f64 = 12.0;
+/// Over so much of a cube the surface is drawn for sun rays: no finer light can be held.
+const SOFT: f64 = 0.25;
 /// A sun ray is followed over so many domains at most.
 const DOMAINS: f64 = 4.0;
+/// Places of samples in a cube along each axis, from its centre in cubes: Gauss's.
+const SAMPLES: [f64; 2] = [-0.288_675_134_594_812_9, 0.288_675_134_594_812_9];
+/// Samples of a cube.
+const COUNT: usize = SAMPLES.len() * SAMPLES.len() * SAMPLES.len();
 
 /// Cubes that are computed; the others are clear air.
 pub(super) struct Cells {
@@ -31,82 +38,103 @@ pub(super) struct Optics {
     pub(super) mean: [Vec4; 2],
 }
 
-impl Cells {
-    pub(super) fn new(volume: &Volume, lighting: &Lighting, size: [usize; 3], cell_m: f64, floor_m: f64) -> Self {
-        let [nx, ny, nz] = size;
-        let half_m = 0.5 * volume.extent_m;
-        let centre = |x: usize, y: usize, z: usize| {
-            dvec3(x as f64 + 0.5, y as f64 + 0.5, z as f64 + 0.5) * cell_m + dvec3(-half_m, -half_m, floor_m)
-        };
-        // Share of 3 x 3 x 3 samples in cloud.
-        let density: Vec<f32> = (0..nx * ny * nz)
-            .into_par_iter()
-            .map(|number| density(volume, centre(number % nx, number / nx % ny, number / (nx * ny)), cell_m))
-            .collect();
-        let at = |x: i64, y: i64, z: i64| -> usize {
-            x.rem_euclid(nx as i64) as usize + nx * (y.rem_euclid(ny as i64) as usize + ny * z as usize)
-        };
-        let around = |x: usize, y: usize, z: usize| {
-            let (x, y, z) = (x as i64, y as i64, z as i64);
-            (-1..=1_i64)
-                .flat_map(move |k| (-1..=1_i64).flat_map(move |j| (-1..=1_i64).map(move |i| (x + i, y + j, z + k))))
-        };
-        let near = |number: usize| {
-            let (x, y, z) = (number % nx, number / nx % ny, number / (nx * ny));
-            density[number] > 0.0
-                || around(x, y, z).any(|(x, y, z)| z >= 0 && z < nz as i64 && density[at(x, y, z)] > 0.0)
-        };
-        let numbers: Vec<usize> = (0..density.len()).into_par_iter().filter(|&number| near(number)).collect();
-        let place = |number: usize| [number % nx, number / nx % ny, number / (nx * ny)].map(|n| n as u32);
-        let places: Vec<[u32; 3]> = numbers.iter().map(|&number| place(number)).collect();
-        let sun_depth: Vec<f32> = places
-            .par_iter()
-            .map(|&[x, y, z]| sun_depth(volume, lighting, centre(x as usize, y as usize, z as usize), cell_m) as f32)
-            .collect();
-        let mut all_depths = vec![0.0_f32; density.len()];
-        numbers.iter().zip(&sun_depth).for_each(|(&number, &depth)| all_depths[number] = depth);
-        let optics = numbers.par_iter().map(|&number| {
-            let [x, y, z] = place(number);
-            let cube = |i: i64, j: i64, k: i64| {
-                let z = (i64::from(z) + k).clamp(0, nz as i64 - 1);
-                f64::from(all_depths[at(i64::from(x) + i, i64::from(y) + j, z)])
-            };
-            let middle = centre(x as usize, y as usize, z as usize);
-            let filled = |at: DVec3| volume.density(middle + at * cell_m, cell_m / 3.0);
-            optics(lighting, f64::from(density[number]), cell_m, &filled, &cube)
-        });
-        let optics = optics.collect();
-        Self { places, sun_depth, optics }
+/// The grid of a lattice.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Grid {
+    pub(super) size: [usize; 3],
+    pub(super) cell_m: f64,
+    pub(super) floor_m: f64,
+    pub(super) extent_m: f64,
+}
+
+impl Grid {
+    fn centre(&self, [x, y, z]: [u32; 3]) -> DVec3 {
+        let corner = dvec3(-0.5 * self.extent_m, -0.5 * self.extent_m, self.floor_m);
+        dvec3(f64::from(x) + 0.5, f64::from(y) + 0.5, f64::from(z) + 0.5) * self.cell_m + corner
+    }
+
+    /// Number of a cube; those beyond the domain's sides are those at the other one, those above and below the nearest.
+    pub(super) fn number(&self, [x, y, z]: [i64; 3]) -> usize {
+        let [nx, ny, nz] = self.size;
+        let (x, y) = (x.rem_euclid(nx as i64) as usize, y.rem_euclid(ny as i64) as usize);
+        x + nx * (y + ny * z.clamp(0, nz as i64 - 1) as usize)
+    }
+
+    fn place(&self, number: usize) -> [u32; 3] {
+        let [nx, ny, _] = self.size;
+        [number % nx, number / nx % ny, number / (nx * ny)].map(|n| n as u32)
     }
 }
 
-/// Places of samples in a cube, from its centre in cubes.
-const SAMPLES: [f64; 3] = [-1.0 / 3.0, 0.0, 1.0 / 3.0];
+/// Numbers of the cubes around one, and its own.
+fn around(grid: &Grid, place: [u32; 3]) -> impl Iterator<Item = usize> {
+    let (grid, [x, y, z]) = (*grid, place.map(i64::from));
+    let steps = |n: i64| n - 1..=n + 1;
+    steps(z).flat_map(move |z| steps(y).flat_map(move |y| steps(x).map(move |x| grid.number([x, y, z]))))
+}
 
-fn density(volume: &Volume, centre: DVec3, cell_m: f64) -> f32 {
+impl Cells {
+    pub(super) fn new(volume: &Volume, lighting: &Lighting, grid: &Grid) -> Self {
+        let count: usize = grid.size.iter().product();
+        let cloudy: Vec<(usize, [f32; COUNT])> = (0..count)
+            .into_par_iter()
+            .filter_map(|number| Some((number, densities(volume, grid.centre(grid.place(number)), grid.cell_m)?)))
+            .collect();
+        let mut near = vec![false; count];
+        for (number, _) in &cloudy {
+            around(grid, grid.place(*number)).for_each(|number| near[number] = true);
+        }
+        let numbers: Vec<usize> = (0..count).filter(|&number| near[number]).collect();
+        let places: Vec<[u32; 3]> = numbers.iter().map(|&number| grid.place(number)).collect();
+        let depth = |&place: &[u32; 3]| sun_depth(volume, lighting, grid.centre(place), grid.cell_m) as f32;
+        let sun_depth: Vec<f32> = places.par_iter().map(depth).collect();
+        let mut depths = vec![0.0_f32; count];
+        numbers.iter().zip(&sun_depth).for_each(|(&number, &depth)| depths[number] = depth);
+        let clear = optics(lighting, &[0.0; COUNT], grid.cell_m, [0.0; COUNT]);
+        let mut optics_of = vec![clear; numbers.len()];
+        let mut index = vec![0_u32; count];
+        (0_u32..).zip(&numbers).for_each(|(at, &number)| index[number] = at);
+        let made: Vec<(u32, Optics)> = cloudy
+            .par_iter()
+            .map(|(number, filled)| {
+                let depths = sample_depths(grid, &depths, grid.place(*number));
+                (index[*number], optics(lighting, filled, grid.cell_m, depths))
+            })
+            .collect();
+        made.into_iter().for_each(|(at, optics)| optics_of[at as usize] = optics);
+        Self { places, sun_depth, optics: optics_of }
+    }
+}
+
+/// Places of the samples of a cube.
+fn samples() -> [DVec3; COUNT] {
+    std::array::from_fn(|i| dvec3(SAMPLES[i & 1], SAMPLES[i >> 1 & 1], SAMPLES[i >> 2]))
+}
+
+/// Density at the samples of a cube; `None` if there is none.
+fn densities(volume: &Volume, centre: DVec3, cell_m: f64) -> Option<[f32; COUNT]> {
     // Farther from the surface than half a diagonal nothing changes in the cube.
     let reach = 0.87 * cell_m + volume.relief_m;
+    if volume.is_far(centre) {
+        return None;
+    }
     let depth = volume.depth(centre);
-    let surface_seen = reach < volume.band_m;
-    if surface_seen && depth < -reach {
-        return 0.0;
+    if reach < volume.band_m && depth < -reach {
+        return None;
     }
-    let mut sum = 0.0;
-    for z in SAMPLES {
-        for y in SAMPLES {
-            for x in SAMPLES {
-                sum += volume.density(centre + dvec3(x, y, z) * cell_m, cell_m / 3.0);
-            }
-        }
+    if depth > reach + volume.edge_m && centre.z - 0.5 * cell_m > volume.base_m + volume.edge_m {
+        return Some([1.0; COUNT]);
     }
-    (sum / 27.0) as f32
+    let filled = samples().map(|at| volume.density(centre + at * cell_m, 0.5 * cell_m) as f32);
+    filled.iter().any(|&filled| filled > 0.0).then_some(filled)
 }
 
 fn sun_depth(volume: &Volume, lighting: &Lighting, from: DVec3, cell_m: f64) -> f64 {
     let extinction = lighting.extinction_per_m[1];
     let enough_m = DARK / (extinction * lighting.scattering[1].kept);
     let farthest = DOMAINS * volume.extent_m;
-    let length_m = volume.length_m(sun_ray(from, lighting.towards_sun), farthest, enough_m);
+    let ray = Ray { from, towards: lighting.towards_sun };
+    let length_m = volume.length_m(ray, farthest, enough_m, SOFT * cell_m);
     if length_m > 0.0 {
         return extinction * length_m;
     }
@@ -124,39 +152,33 @@ fn sun_depth(volume: &Volume, lighting: &Lighting, from: DVec3, cell_m: f64) -> 
     -extinction * gap_m
 }
 
-/// `filled` gives the density at a place in the cube, `depth` that towards the sun at the centres of the cubes around.
-fn optics(
-    lighting: &Lighting,
-    density: f64,
-    cell_m: f64,
-    filled: &dyn Fn(DVec3) -> f64,
-    depth: &dyn Fn(i64, i64, i64) -> f64,
-) -> Optics {
-    let (mut arriving, mut share) = ([0.0; 3], 0.0);
-    if density > 0.0 {
-        for z in SAMPLES {
-            for y in SAMPLES {
-                for x in SAMPLES {
-                    let filled = filled(dvec3(x, y, z));
-                    if filled <= 0.0 {
-                        continue;
-                    }
-                    share += filled;
-                    let mix = |a: f64, b: f64, t: f64| a + (b - a) * t;
-                    let side = |v: f64| if v < 0.0 { (-1, 0, 1.0 + v) } else { (0, 1, v) };
-                    let ((x0, x1, tx), (y0, y1, ty), (z0, z1, tz)) = (side(x), side(y), side(z));
-                    let row = |y: i64, z: i64| mix(depth(x0, y, z), depth(x1, y, z), tx);
-                    let slice = |z: i64| mix(row(y0, z), row(y1, z), ty);
-                    let depth = mix(slice(z0), slice(z1), tz).max(0.0);
-                    for (c, arriving) in arriving.iter_mut().enumerate() {
-                        let ratio = lighting.extinction_per_m[c] / lighting.extinction_per_m[1];
-                        *arriving += filled * (-lighting.scattering[c].kept * ratio * depth).exp();
-                    }
-                }
+/// Depths towards the sun at the samples of a cube: linear between the centres of the cubes around.
+fn sample_depths(grid: &Grid, depths: &[f32], place: [u32; 3]) -> [f64; COUNT] {
+    let place = place.map(i64::from);
+    samples().map(|at| {
+        let mut sum = 0.0;
+        for corner in 0..8 {
+            let (mut weight, mut cube) = (1.0, place);
+            for axis in 0..3 {
+                let beside = corner >> axis & 1 == 1;
+                weight *= if beside { at[axis].abs() } else { 1.0 - at[axis].abs() };
+                cube[axis] += if beside { at[axis].signum() as i64 } else { 0 };
             }
+            sum += weight * f64::from(depths[grid.number(cube)]);
         }
-    }
+        sum.max(0.0)
+    })
+}
+
+fn optics(lighting: &Lighting, filled: &[f32; COUNT], cell_m: f64, depths: [f64; COUNT]) -> Optics {
+    let share: f64 = filled.iter().map(|&filled| f64::from(filled)).sum();
+    let density = share / COUNT as f64;
     let lanes = |value: &dyn Fn(usize) -> f64| Vec4::new(value(0) as f32, value(1) as f32, value(2) as f32, 0.0);
+    let arriving = |c: usize| {
+        let per_depth = lighting.scattering[c].kept * lighting.extinction_per_m[c] / lighting.extinction_per_m[1];
+        let part = |(filled, depth): (&f32, f64)| f64::from(*filled) * (-per_depth * depth).exp();
+        filled.iter().zip(depths).map(part).sum::<f64>() / share.max(1e-9)
+    };
     let path =
         |c: usize, length: f64| density * lighting.extinction_per_m[c] * lighting.scattering[c].kept * cell_m * length;
     let transmittance = |length: f64| lanes(&|c| (-path(c, length)).exp());
@@ -168,7 +190,7 @@ fn optics(
     };
     let diagonal = 3.0_f64.sqrt();
     Optics {
-        sun: lanes(&|c| lighting.sun[c] * arriving[c] / (4.0 * std::f64::consts::PI * share.max(1e-9))),
+        sun: lanes(&|c| lighting.sun[c] * arriving(c) / (4.0 * PI)),
         transmittance: [transmittance(1.0), transmittance(diagonal)],
         mean: [mean(1.0), mean(diagonal)],
     }

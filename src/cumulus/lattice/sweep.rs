@@ -2,7 +2,7 @@
 
 use super::cells::Cells;
 use super::lines::{Family, Lines};
-use glam::{Vec3, Vec4};
+use glam::{DVec4, Vec3, Vec4};
 use rayon::prelude::*;
 
 /// Mean radiance and its moments along x, y, z in a cube; lanes are red, green, blue.
@@ -25,26 +25,31 @@ const WEIGHTS: [f32; 2] = [1.0 / 15.0, 3.0 / 40.0];
 /// Families that are summed together. The sums have the same order on any number of cores.
 const GROUPS: [&[usize]; 4] = [&[0, 3], &[1, 4], &[2, 5], &[6]];
 
-/// The state after an iteration.
-pub(super) fn sweep(cells: &Cells, lines: &Lines, border: &Border, state: &[State]) -> Vec<State> {
-    let sums: Vec<Vec<State>> = GROUPS
+/// Sums over lines that leave the lattice below and above, of what light has gained over that of the border, weighted as flux.
+pub(super) type Leaving = [DVec4; 2];
+
+/// The state after an iteration, and what leaves.
+pub(super) fn sweep(cells: &Cells, lines: &Lines, border: &Border, state: &[State]) -> (Vec<State>, Leaving) {
+    let sums: Vec<(Vec<State>, Leaving)> = GROUPS
         .par_iter()
         .map(|group| {
-            let mut sum = vec![State::default(); state.len()];
+            let (mut sum, mut leaving) = (vec![State::default(); state.len()], Leaving::default());
             for &family in *group {
-                run(cells, &lines.0[family], border, state, &mut sum);
+                run(cells, &lines.0[family], border, state, &mut sum, &mut leaving);
             }
-            sum
+            (sum, leaving)
         })
         .collect();
-    let [a, b, c, d] = [0, 1, 2, 3].map(|group| sums[group].as_slice());
-    (0..state.len())
+    let [a, b, c, d] = [0, 1, 2, 3].map(|group| sums[group].0.as_slice());
+    let leaving = [0, 1].map(|side| sums.iter().map(|(_, leaving)| leaving[side]).sum());
+    let next = (0..state.len())
         .into_par_iter()
         .map(|i| State(std::array::from_fn(|k| (a[i].0[k] + b[i].0[k]) + (c[i].0[k] + d[i].0[k]))))
-        .collect()
+        .collect();
+    (next, leaving)
 }
 
-fn run(cells: &Cells, family: &Family, border: &Border, state: &[State], sum: &mut [State]) {
+fn run(cells: &Cells, family: &Family, border: &Border, state: &[State], sum: &mut [State], leaving: &mut Leaving) {
     let step = family.step.map(|step| step as f32);
     let diagonal = usize::from(family.step[0] != 0 && family.step[2] != 0);
     let level = family.step[2] == 0;
@@ -91,6 +96,7 @@ fn run(cells: &Cells, family: &Family, border: &Border, state: &[State], sum: &m
                     }
                 }
             }
+            leaving[usize::from(way > 0.0)] += f64::from(flux.z.abs()) * (radiance - border_radiance).as_dvec4();
         }
     }
 }
