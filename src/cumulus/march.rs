@@ -124,13 +124,14 @@ impl Volume {
         out.max(0.0) + 1e-3 * self.voxel_m
     }
 
-    /// Length of cloud along a ray, as if it were of full density everywhere, metres; no more than about `enough_m` is looked for.
-    pub fn length_m(&self, ray: Ray, farthest_m: f64, enough_m: f64) -> f64 {
+    /// Length of cloud along a ray, as if it were of full density everywhere, metres; no more than about `enough_m` is looked
+    /// for. The surface is seen no sharper than over `soft_m`.
+    pub fn length_m(&self, ray: Ray, farthest_m: f64, enough_m: f64, soft_m: f64) -> f64 {
         let mut length = 0.0;
         self.march(
             ray,
             farthest_m,
-            |_| 0.0,
+            |_| soft_m,
             |step| {
                 length += (step.to_m - step.from_m) * step.density;
                 length < enough_m

@@ -108,7 +108,9 @@ impl Request {
                 }
             }
         } else if self.wanted.reference().is_some() {
-            if self.texture().needs().slab && count > 1 {
+            if scene.cumulus.is_some() {
+                wrong("method", format!("reference does not trace layers of cumulus yet; allowed: {FAST}"));
+            } else if self.texture().needs().slab && count > 1 {
                 let detail = format!(
                     "reference traces the cloud of a single layer; the scene has {count}; allowed: tabulated, analytic"
                 );

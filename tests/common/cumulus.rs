@@ -86,6 +86,11 @@ impl Picture {
     /// depth above .2; and how much brighter it is in the mean.
     pub(crate) fn score(&self, picture: &[f64], sun: &str) -> (f64, f64) {
         let (truth, se) = self.truth(sun);
+        self.score_of(picture, &truth, se)
+    }
+
+    /// The same for any light.
+    pub(crate) fn score_of(&self, picture: &[f64], truth: &[f64], se: &[f64]) -> (f64, f64) {
         let mut sums = [0.0; 4];
         for (i, &depth) in self.column("tau").iter().enumerate() {
             if depth > 0.2 {
