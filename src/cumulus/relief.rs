@@ -1,5 +1,6 @@
 //! Noise that makes the surface of a cumulus rugged.
 
+use super::hash::pcg3d;
 use std::sync::OnceLock;
 
 /// Samples a side of the tile.
@@ -79,21 +80,6 @@ fn tile() -> Vec<f32> {
     values.iter().map(|value| ((value - mean) / largest) as f32).collect()
 }
 
-/// Hash of a lattice point (Jarzynski and Olano 2020, "pcg3d").
-fn hash([x, y, z]: [u32; 3]) -> [u32; 3] {
-    let turn = |v: u32| v.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
-    let (mut x, mut y, mut z) = (turn(x), turn(y), turn(z));
-    for round in 0..2 {
-        x = x.wrapping_add(y.wrapping_mul(z));
-        y = y.wrapping_add(z.wrapping_mul(x));
-        z = z.wrapping_add(x.wrapping_mul(y));
-        if round == 0 {
-            (x, y, z) = (x ^ (x >> 16), y ^ (y >> 16), z ^ (z >> 16));
-        }
-    }
-    [x, y, z]
-}
-
 /// Gradient noise (Perlin 2002: quintic fade) on a lattice of whole periods; the slopes point anywhere.
 fn gradient_noise(place: [f64; 3], period: u32, seed: u32) -> f64 {
     let cell = place.map(f64::floor);
@@ -103,7 +89,7 @@ fn gradient_noise(place: [f64; 3], period: u32, seed: u32) -> f64 {
     for corner in 0..8_u32 {
         let step = [corner & 1, corner >> 1 & 1, corner >> 2];
         let point = [0, 1, 2].map(|i| (cell[i] as u32 + step[i]) % period + 1000 * seed);
-        let slope = hash(point).map(|bits| f64::from(bits >> 8) / 8_388_608.0 - 1.0);
+        let slope = pcg3d(point).map(|bits| f64::from(bits >> 8) / 8_388_608.0 - 1.0);
         let weight: f64 = (0..3).map(|i| if step[i] == 1 { fade[i] } else { 1.0 - fade[i] }).product();
         let rise: f64 = (0..3).map(|i| slope[i] * (t[i] - f64::from(step[i]))).sum();
         sum += weight * rise;
