@@ -5,15 +5,13 @@ use crate::scene::{Cumulus, CumulusShape};
 
 /// No cloud rises higher above its base, widths: the highest root, and what sits on it.
 const HIGHEST: f64 = 0.85;
-/// No cloud is wider, sides of the domain.
-const WIDEST: f64 = 1.0 / 3.0;
 
 /// Height that no cloud of a layer reaches above at any time, metres.
 pub fn highest_m(cumulus: &Cumulus, extent_m: f64) -> f64 {
     let base_m = cumulus.base_m.get();
     match &cumulus.shape {
         CumulusShape::Field { width_m: [_, greatest], .. } => {
-            base_m + HIGHEST * greatest.get().min(WIDEST * extent_m) + cumulus.edge_m.get()
+            base_m + HIGHEST * greatest.get().min(Cumulus::widest_m(extent_m)) + cumulus.edge_m.get()
         }
         CumulusShape::Spheres(spheres) => {
             spheres.iter().map(|[_, _, z, radius_m]| z + radius_m).fold(base_m, f64::max) + 0.5 * cumulus.edge_m.get()

@@ -73,10 +73,7 @@ impl Lattice {
         let up = ((volume.top_m - floor_m) / cell_m).ceil() as usize + 1;
         let size = [across, across, up];
         let grid = Grid { size, cell_m, floor_m, extent_m: volume.extent_m };
-        let t = std::time::Instant::now();
         let cells = Cells::new(volume, lighting, &grid);
-        eprintln!("DEBUG cells {:?} {size:?} {cell_m} active {}", t.elapsed(), cells.places.len());
-        let t = std::time::Instant::now();
         let lines = Lines::new(&cells.places, size, cell_m);
         let colour = |c: [f64; 3]| Vec4::new(c[0] as f32, c[1] as f32, c[2] as f32, 0.0);
         let scattering = lighting.scattering;
@@ -101,7 +98,6 @@ impl Lattice {
             }
             state = mixing.mix(state, next);
         }
-        eprintln!("DEBUG iterate {:?} {iterations}", t.elapsed());
         let mut lattice = Self {
             size,
             cell_m,

@@ -7,9 +7,12 @@ use crate::scene::{self, Cumulus, CumulusShape, Wind};
 use glam::{DVec2, DVec3, dvec2};
 
 /// The clouds of a layer at a time, s since the scene's start, where they would be without wind: see [`drift_m`]. The domain's side
-/// and that of a texel are in metres: details much smaller than half a texel are left out.
+/// and that of a texel are in metres.
 ///
-/// The same in all its bits for the same arguments, whatever was asked before.
+/// The same in all its bits for the same arguments, whatever was asked before. Spheres below 15 m are left out, and where a texel is
+/// coarser those below half of it, as long as they are small against their cloud; where clouds are does not depend on the texel. A
+/// field has about 200,000 spheres at most: more are coarser, and more than 20,000 clouds are wider and fewer, so that the coverage
+/// is what was asked for.
 pub fn body(cumulus: &Cumulus, extent_m: f64, texel_m: f64, time_s: f64) -> Body {
     let (base_m, edge_m) = (cumulus.base_m.get(), cumulus.edge_m.get());
     let mut spheres = Vec::new();
@@ -20,7 +23,8 @@ pub fn body(cumulus: &Cumulus, extent_m: f64, texel_m: f64, time_s: f64) -> Body
     };
     let least_m = match &cumulus.shape {
         CumulusShape::Field { coverage, width_m, seed } => {
-            let field = Field::new(coverage.get(), width_m.map(Quantity::get), *seed, base_m, [extent_m, texel_m]);
+            let width_m = width_m.map(|width_m| width_m.get().min(Cumulus::widest_m(extent_m)));
+            let field = Field::new(coverage.get(), width_m, *seed, base_m, [extent_m, texel_m]);
             field.spheres(time_s, |_, sphere| add(sphere));
             field.least_m()
         }

@@ -14,14 +14,16 @@ const OTHERS: [f64; 2] = [0.13, 0.22];
 const SPREAD: f64 = 0.34;
 /// How much longer than wide a cloud is.
 const ASPECT: [f64; 2] = [0.75, 1.25];
+/// How high a root's middle is above the base, its radii.
+const LIFT: [f64; 2] = [0.15, 0.6];
 /// How high the first roots, which stand in the middle, rise above the others: widths.
 const RAISED: [[f64; 2]; 3] = [[0.03, 0.07], [0.12, 0.36], [0.0, 0.2]];
 /// Part of a life over which a root grows, over which roots begin to, and over which one shrinks.
 const GROWS: f64 = 0.18;
-const BEGIN: f64 = 0.25;
-const SHRINKS: f64 = 0.3;
+const BEGIN: f64 = 0.2;
+const SHRINKS: f64 = 0.2;
 /// Radius of the spheres of a level, relative to those that they sit on, at most, and how many sit on one.
-const LEVELS: [(f64, u32); 2] = [(0.5, 28), (0.42, 30)];
+const LEVELS: [(f64, u32); 2] = [(0.5, 28), (0.42, 22)];
 /// How far their centres are from the centre of that, its radii.
 const SITS: f64 = 0.92;
 /// Least radius of those, relative to the greatest.
@@ -73,7 +75,7 @@ struct Ball {
 #[derive(Debug, Default)]
 pub(super) struct Scratch {
     balls: Vec<Ball>,
-    near: Vec<Ball>,
+    near: Vec<Sphere>,
 }
 
 /// 0 up to 0, 1 from 1 on, and smooth between.
@@ -110,22 +112,25 @@ impl Cloud {
         let [count, turn, aspect] = uniform(follow(self.key, 0));
         let count = ROOTS[0] + (count * f64::from(ROOTS[1] + 1)) as u32;
         let (aspect, turn) = (between(ASPECT, aspect).sqrt(), DVec2::from_angle(TAU * turn));
+        let grown = |order: f64| {
+            let left = smooth((1.0 - self.age - BEGIN * order) / SHRINKS);
+            smooth((self.age - BEGIN * order) / GROWS).min(left)
+        };
         for number in 0..count {
             let key = follow(self.key, number + 1);
             let ([angle, way, size], [lift, tower, _]) = (uniform(key), uniform(follow(key, 1)));
-            let order = f64::from(number) / f64::from(count);
-            let grown = smooth((self.age - BEGIN * order) / GROWS);
-            let left = smooth((1.0 - self.age - BEGIN * order) / SHRINKS);
+            // All rise and sink with the first.
+            let (own, first) = (grown(f64::from(number) / f64::from(count)), grown(0.0));
             let size = if number == 0 { FIRST } else { between(OTHERS, size) };
-            let (radius_m, grown) = (self.width_m * size, grown.min(left));
+            let radius_m = self.width_m * size;
             let way = ((f64::from(number) - 0.5 * way).max(0.0) / f64::from(count - 1)).sqrt();
             let way = SPREAD * way * if number == 1 { 0.4 } else { 1.0 };
             let flat = DVec2::from_angle(GOLDEN * f64::from(number) + angle - 0.5) * way;
             let flat = turn.rotate(flat * DVec2::new(1.25 * aspect, 1.0 / aspect)) * self.width_m;
             let raised = RAISED.get(number as usize).map_or(0.0, |&raised| between(raised, tower));
-            let [centre, here] = [1.0, grown]
-                .map(|grown| flat.extend(grown * radius_m * between([0.15, 0.6], lift) + raised * self.width_m));
-            balls.push(Ball { number: number + 1, centre, radius_m, here, now_m: grown * radius_m, grown });
+            let up_m = |own: f64, first: f64| own * radius_m * between(LIFT, lift) + first * raised * self.width_m;
+            let (centre, here) = (flat.extend(up_m(1.0, 1.0)), flat.extend(up_m(own, first)));
+            balls.push(Ball { number: number + 1, centre, radius_m, here, now_m: own * radius_m, grown: own });
         }
     }
 
@@ -137,7 +142,7 @@ impl Cloud {
         (ratio, count): (f64, u32),
         least_m: f64,
         balls: &mut Vec<Ball>,
-        near: &mut Vec<Ball>,
+        near: &mut Vec<Sphere>,
     ) {
         let Ball { number, centre, radius_m, here, now_m, grown } = balls[parent];
         let greatest_m = ratio * radius_m;
@@ -146,12 +151,13 @@ impl Cloud {
         if visible(needed_m, least_m) <= 0.0 {
             return;
         }
-        let reach_m = SITS * radius_m + (SINKS - SUNK) * greatest_m;
+        // How far from others a sphere shows wholly.
+        let shows_m = (SINKS - SUNK) * greatest_m;
         near.clear();
-        let others = balls[..coarser].iter().enumerate().filter(|(i, _)| *i != parent).map(|(_, other)| *other);
-        near.extend(others.filter(|other| {
-            let reach_m = reach_m + other.radius_m;
-            other.centre.distance_squared(centre) < reach_m * reach_m
+        near.extend(balls[..coarser].iter().filter(|other| other.number != number).filter_map(|other| {
+            let reach_m = SITS * radius_m + shows_m + other.radius_m;
+            let is_near = other.centre.distance_squared(centre) < reach_m * reach_m;
+            is_near.then_some(Sphere { centre: other.centre, radius_m: other.radius_m })
         }));
         let key = follow(self.key, number << 8);
         let [turn, ..] = uniform(key);
@@ -169,19 +175,25 @@ impl Cloud {
             let flat = DVec2::from_angle(angle) * (1.0 - up * up).max(0.0).sqrt();
             let towards = SITS * dvec3(flat.x, flat.y, up);
             let at = centre + radius_m * towards;
-            let free_m = near.iter().map(|other| at.distance(other.centre) - other.radius_m).fold(f64::MAX, f64::min);
-            let out = smooth((free_m / greatest_m + SUNK) / SINKS);
-            let free_m = size_m * over * out;
-            let radius_m = visible(free_m, least_m);
+            let mut free_m = shows_m;
+            for sphere in near.iter() {
+                let whole_m = sphere.radius_m + shows_m;
+                let distance = at.distance_squared(sphere.centre);
+                if distance < whole_m * whole_m {
+                    free_m = free_m.min(distance.sqrt() - sphere.radius_m);
+                }
+            }
+            let out_m = size_m * over * smooth((free_m / greatest_m + SUNK) / SINKS);
+            let radius_m = visible(out_m, least_m);
             if radius_m > 0.0 {
-                let (here, now_m) = (here + now_m * towards, visible(grown * free_m, least_m));
+                let (here, now_m) = (here + now_m * towards, visible(grown * out_m, least_m));
                 balls.push(Ball { number: number << 5 | child, centre: at, radius_m, here, now_m, grown });
             }
         }
     }
 }
 
-/// Radius of a sphere that is to vanish before it is half as small as the least: its own from the least on.
+/// Radius of a sphere that is to vanish at two thirds of the least: its own from the least on.
 fn visible(radius_m: f64, least_m: f64) -> f64 {
-    radius_m.min(2.0 * radius_m - least_m).max(0.0)
+    radius_m.min(3.0 * radius_m - 2.0 * least_m).max(0.0)
 }

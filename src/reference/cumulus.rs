@@ -15,6 +15,7 @@ pub const NEAR_SUN: f64 = 0.819_152;
 pub const NEAR_SUN_DEPTH: f64 = 12.0;
 
 /// A cumulus layer with its light.
+#[derive(Debug, Clone, Copy)]
 pub struct CumulusLight<'a> {
     /// Its surface.
     pub volume: &'a Volume,

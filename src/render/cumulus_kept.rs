@@ -78,16 +78,7 @@ impl CumulusKept {
         };
         watch.look()?;
         let field = self.fields.get_or_make(key.clone(), || {
-            let t = std::time::Instant::now();
-            let body = cumulus::body(layer, extent_m, key.texel_m, time_s);
-            eprintln!("DEBUG body {:?} {} spheres", t.elapsed(), body.spheres.len());
-            let t = std::time::Instant::now();
-            let volume = Volume::new(&body);
-            eprintln!("DEBUG volume {:?} {:?} {} m", t.elapsed(), volume.size, volume.voxel_m);
-            let t = std::time::Instant::now();
-            let r = Arc::new(CumulusField::new(gpu, volume));
-            eprintln!("DEBUG upload {:?}", t.elapsed());
-            r
+            Arc::new(CumulusField::new(gpu, Volume::new(&cumulus::body(layer, extent_m, key.texel_m, time_s))))
         });
         watch.look()?;
         let tables = &job.tables()[scene.layers.len()];
@@ -101,9 +92,7 @@ impl CumulusKept {
         let (towards_sun, sun) = (DVec3::from_array(light.towards_sun), light.beam_at(job.air(), middle_m));
         let mut lighting =
             Lighting { extinction_per_m, scattering, towards_sun, sun, above: light.sky, below: [0.0; 3] };
-        let t = std::time::Instant::now();
         let through = through(&field.host, &lighting, beam);
-        eprintln!("DEBUG through {:?}", t.elapsed());
         let albedo = GroundMap::new(&scene.ground.albedo, job.images())?.mean();
         let on_ground = [0, 1, 2].map(|c| sun[c] * light.cosine() * through.forward[c] + PI * light.sky[c]);
         lighting.below = [0, 1, 2].map(|c| albedo[c] * on_ground[c] / PI);

@@ -12,7 +12,7 @@ const COVERAGE: f64 = 0.12;
 const WIDTH_M: [f64; 2] = [300.0, 1500.0];
 /// Depth of the soft edge unless another is asked for, metres.
 const EDGE_M: f64 = 20.0;
-/// Most clouds of a field across the domain's side: a wider one would meet itself beyond the domain's edge.
+/// Width of the widest cloud of a field, domains: a wider one would come near itself beyond the domain's edge.
 const WIDEST: f64 = 1.0 / 3.0;
 /// Fields of a layer of cumulus: those of every layer, those of both shapes, of a field, and of spheres.
 pub(super) const FIELDS: [&str; 9] =
@@ -62,6 +62,11 @@ impl Cumulus {
         self.place
     }
 
+    /// Width of the widest cloud that a field in a domain of a side has, metres.
+    pub fn widest_m(extent_m: f64) -> f64 {
+        WIDEST * extent_m
+    }
+
     /// Fields that change nothing, or not what they say, in a domain of a side.
     pub(super) fn notes(&self, extent_m: f64) -> Vec<(&'static str, String)> {
         let mut notes = Vec::new();
@@ -70,8 +75,9 @@ impl Cumulus {
             notes.push(("wind/turbulence_m_s", detail.to_owned()));
         }
         match &self.shape {
-            CumulusShape::Field { width_m: [_, greatest], .. } if greatest.get() > WIDEST * extent_m => {
-                let detail = format!("kept, but no cloud is wider than a third of the domain, {} m", WIDEST * extent_m);
+            CumulusShape::Field { width_m: [_, greatest], .. } if greatest.get() > Self::widest_m(extent_m) => {
+                let detail =
+                    format!("kept, but no cloud is wider than a third of the domain, {} m", Self::widest_m(extent_m));
                 notes.push(("width_m", detail));
             }
             CumulusShape::Spheres(spheres) => {
