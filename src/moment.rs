@@ -130,10 +130,10 @@ impl Moment {
         let parts = fields.iter().enumerate().map(|(number, field)| layer(job, number, field, &illumination));
         let (mut layers, shapes): (Vec<LayerMoment>, Vec<LayerShape>) = parts.unzip();
         let sides = fields.iter().map(|field| field.thickness.width.max(field.thickness.height));
-        let (extent_m, base_m) = (scene.extent_m(), layers.first().map_or(0.0, |layer| layer.base_m));
+        let (extent_m, lowest_m) = (scene.extent_m(), layers.first().map_or(0.0, |layer| layer.base_m));
         let shape = SceneShape {
             extent_m,
-            base_m,
+            base_m: lowest_m,
             layers: &shapes,
             thickness_texels: sides.max().unwrap_or(1),
             albedo_texels: ground::texels_a_side(&scene.ground.albedo, job.images()),
@@ -142,6 +142,7 @@ impl Moment {
         for (layer, shape) in layers.iter_mut().zip(&shapes) {
             layer.blur_texels = shape.spread_m() / extent_m * f64::from(grids.sun_texels);
         }
+        let base_m = scene.base_m();
         let cumulus_m = scene.cumulus.as_ref().map_or(base_m, |cumulus| cumulus::highest_m(cumulus, extent_m));
         let top_m = layers.iter().map(|layer| layer.top_m).fold(cumulus_m, f64::max);
         Self { illumination, layers, plan, grids, extent_m, base_m, top_m }

@@ -1,5 +1,6 @@
 //! Light in cumulus against Monte Carlo in three dimensions, and where it could fail.
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test stops where it fails")]
+#![allow(clippy::print_stdout, reason = "with --nocapture it tells what was measured")]
 
 #[path = "common/cumulus.rs"]
 mod truth;

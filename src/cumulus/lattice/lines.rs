@@ -86,10 +86,10 @@ fn family(places: &[[u32; 3]], size: [usize; 3], cell_m: f64, step: [i32; 3]) ->
             [0, 1, 0] => Some(at(last - 1) - ny as i64),
             _ => None,
         };
-        for i in first..last {
+        for (i, follow) in (first..last).zip(&mut follow[first..last]) {
             if let Some(before) = before {
                 let gap = (at(i) - before - 1) as f64 * length_m / GAP_M;
-                follow[i] = (1.0 / (1.0 + gap * gap)) as f32;
+                *follow = (1.0 / (1.0 + gap * gap)) as f32;
             }
             before = Some(at(i));
         }

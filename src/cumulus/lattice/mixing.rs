@@ -48,22 +48,18 @@ impl Mixing {
             self.changes.insert(0, (combine(&result, &old_result, -1.0), combine(&residual, &old_residual, -1.0)));
         }
         let mut next = result.clone();
-        // Unused rows of the system are those of the identity.
-        let mut matrix = [[0.0; KEPT]; KEPT];
-        let mut right = [0.0; KEPT];
         let known = self.changes.len();
-        for i in 0..KEPT {
-            for j in 0..KEPT {
-                matrix[i][j] = match i < known && j < known {
-                    true => dot(&self.changes[i].1, &self.changes[j].1),
-                    false => f64::from(u8::from(i == j && known == 0)),
-                };
-            }
-            right[i] = if i < known { dot(&self.changes[i].1, &residual) } else { 0.0 };
-        }
-        let trace: f64 = (0..known).map(|i| matrix[i][i]).sum();
-        if known > 0 && trace > 0.0 {
+        let product = |i: usize, j: usize| match (self.changes.get(i), self.changes.get(j)) {
+            (Some(a), Some(b)) => dot(&a.1, &b.1),
+            _ => 0.0,
+        };
+        let mut matrix: [[f64; KEPT]; KEPT] = std::array::from_fn(|i| std::array::from_fn(|j| product(i, j)));
+        let right: [f64; KEPT] =
+            std::array::from_fn(|i| self.changes.get(i).map_or(0.0, |change| dot(&change.1, &residual)));
+        let trace: f64 = (0..KEPT).map(|i| matrix[i][i]).sum();
+        if trace > 0.0 {
             for (i, row) in matrix.iter_mut().enumerate() {
+                // Rows of differences that there are none of yet ask for nothing.
                 row[i] += if i < known { 1e-10 * trace } else { trace };
             }
             let solution = DMat3::from_cols_array_2d(&matrix).inverse() * DVec3::from_array(right);

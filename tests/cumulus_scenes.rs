@@ -1,0 +1,201 @@
+//! Scenes with cumulus through the renderer: pictures are what the twin sees, and limits.
+#![allow(clippy::unwrap_used, clippy::panic, reason = "a test stops where it fails")]
+
+use glam::DVec3;
+use skyloom::cumulus::dressed::{self, Scattering};
+use skyloom::cumulus::lattice::{Lattice, Lighting};
+use skyloom::cumulus::{Body, Ray, Sphere, Volume};
+use skyloom::optics::{self, Mix};
+use skyloom::reference::cumulus::CumulusLight;
+use skyloom::{Images, Job, Renderer, RendererOptions, Request, Scene, TableLibrary, Texture, Watch};
+use std::f64::consts::PI;
+use std::sync::Arc;
+
+struct Bench {
+    renderer: Renderer,
+    library: TableLibrary,
+}
+
+impl Bench {
+    fn open() -> Self {
+        Self { renderer: Renderer::new(&RendererOptions::default()).unwrap(), library: TableLibrary::new(None) }
+    }
+
+    fn texture(&mut self, scene: &str, texture: &str, query: &[(&str, &str)]) -> Texture {
+        let scene = Arc::new(Scene::from_json(scene.as_bytes()).unwrap());
+        let query: Vec<_> = query.iter().map(|(name, value)| ((*name).to_owned(), (*value).to_owned())).collect();
+        let request = Request::parse(texture, "f32", &query).unwrap();
+        let job = Job::prepare(scene, request, &Images::new(), &self.library, &|_| ()).unwrap();
+        let texture = self.renderer.render(&job, &Watch::default()).unwrap();
+        assert!(texture.data.iter().all(|value| value.is_finite() && *value >= 0.0));
+        texture
+    }
+}
+
+/// Three spheres over a flat base, a sun of 1, a sky of .1 and a ground of albedo .3.
+fn spheres(sun_deg: f64, layers_below: &str, layers_above: &str) -> String {
+    format!(
+        r#"{{"domain": {{"extent_m": 4000, "resolution": 48}},
+            "sun": {{"zenith_deg": {sun_deg}, "azimuth_deg": 120}},
+            "atmosphere": {{"sun": [1, 1, 1], "sky": [0.1, 0.1, 0.1]}}, "ground": {{"albedo": [0.3, 0.3, 0.3]}},
+            "layers": [{layers_below}{{"kind": "cumulus", "base_m": 800, "edge_m": 0,
+                "spheres": [[0, 0, 1060, 320], [340, 60, 990, 240], [-150, 120, 1280, 230]],
+                "droplets": {{"henyey_greenstein": 0.85, "extinction_per_m": 0.03}}}}{layers_above}]}}"#
+    )
+}
+
+const DECK: &str = r#"{"base_m": 3000, "thickness": {"kind": "uniform", "metres": 100},
+    "droplets": {"henyey_greenstein": 0.85, "extinction_per_m": 0.02}}"#;
+
+/// Device and twin see the same: within what half floats and single precision along some hundred steps leave.
+#[test]
+fn pictures_are_those_of_the_twin() {
+    let mut bench = Bench::open();
+    let mix = Mix::HenyeyGreenstein { asymmetry: 0.85, albedo: 1.0 };
+    let [channel, ..] = optics::channels(&mix, &|_| ()).unwrap();
+    let table = dressed::table(&channel);
+    let sphere = |x, y, z, radius_m| Sphere { centre: DVec3::new(x, y, z), radius_m };
+    let spheres_of =
+        vec![sphere(0.0, 0.0, 1060.0, 320.0), sphere(340.0, 60.0, 990.0, 240.0), sphere(-150.0, 120.0, 1280.0, 230.0)];
+    let body = Body { spheres: spheres_of, base_m: 800.0, edge_m: 0.0, relief_m: 0.0, extent_m: 4000.0 };
+    let volume = Volume::new(&body);
+    for sun_deg in [35.0_f64, 70.0] {
+        let (sin, cos) = sun_deg.to_radians().sin_cos();
+        let (east, north) = 120.0_f64.to_radians().sin_cos();
+        let towards_sun = DVec3::new(sin * east, sin * north, cos);
+        // What shines up from the ground in the mean is found by the renderer: nearly all of the sun's light reaches it.
+        let scene = spheres(sun_deg, "", "");
+        let total = bench.texture(&scene, "irradiance", &[("peak", "false")]);
+        let mean = total.data.iter().map(|value| f64::from(*value)).sum::<f64>() / total.data.len() as f64;
+        let lighting = Lighting {
+            extinction_per_m: [0.03; 3],
+            scattering: [Scattering::new(&channel); 3],
+            towards_sun,
+            sun: [1.0; 3],
+            above: [0.1; 3],
+            below: [0.3 * mean / PI; 3],
+        };
+        let lattice = Lattice::solve(&volume, &lighting);
+        let light =
+            CumulusLight { volume: &volume, lattice: &lattice, lighting: &lighting, dressed: [&table, &table, &table] };
+        for (direction, view, towards) in [
+            ("0,0", "below", DVec3::Z),
+            ("30,200", "above", {
+                let (sin, cos) = 30.0_f64.to_radians().sin_cos();
+                let (east, north) = 200.0_f64.to_radians().sin_cos();
+                -DVec3::new(sin * east, sin * north, cos)
+            }),
+        ] {
+            let seen = bench.texture(&scene, "cloud", &[("direction", direction), ("view", view)]);
+            let (size, mut errors, mut sum, mut cloudy) = (48, 0.0, 0.0, 0);
+            for (i, texel) in seen.data.chunks(4).enumerate() {
+                let place = |at: usize| ((at as f64 + 0.5) / size as f64 - 0.5) * 4000.0;
+                let from = DVec3::new(place(i % size), -place(i / size), seen.plane_m);
+                let twin = light.seen(
+                    Ray { from, towards },
+                    1e5,
+                    |_| 0.0,
+                    DVec3::splat(if towards.z > 0.0 { 0.1 } else { lighting.below[0] }),
+                );
+                let alpha = 1.0 - (-twin.depth).exp();
+                assert!((f64::from(texel[3]) - alpha).abs() < 0.02, "{direction} {i}: {} for {alpha}", texel[3]);
+                errors += (f64::from(texel[1]) - twin.radiance.y).powi(2);
+                sum += twin.radiance.y.powi(2);
+                cloudy += usize::from(alpha > 0.5);
+            }
+            let rms = (errors / sum).sqrt();
+            assert!(cloudy > 50, "{cloudy} texels of cloud");
+            assert!(rms < 0.02, "sun {sun_deg}, {direction}: {rms}");
+        }
+    }
+}
+
+/// The beam that is missing on the ground is what the spheres take: projected area and optical depth hold at every sun.
+#[test]
+fn shadows_keep_the_optical_depth() {
+    let mut bench = Bench::open();
+    for sun_deg in ["0", "50", "75"] {
+        let scene = r#"{"domain": {"extent_m": 2000, "resolution": 256}, "sun": {"zenith_deg": ZENITH, "azimuth_deg": 30},
+            "atmosphere": {"sun": [1, 1, 1], "sky": [0, 0, 0]},
+            "layers": [{"kind": "cumulus", "base_m": 0, "edge_m": 0, "spheres": [[0, 0, 700, 300], [500, -300, 600, 150]],
+                "droplets": {"henyey_greenstein": 0.85, "extinction_per_m": 0.004}}]}"#
+            .replace("ZENITH", sun_deg);
+        let shadow = bench.texture(&scene, "shadow", &[("peak", "false")]);
+        let depths = shadow.data.iter().map(|left| -f64::from(*left).ln()).sum::<f64>() / shadow.data.len() as f64;
+        let cosine = sun_deg.parse::<f64>().unwrap().to_radians().cos();
+        let volume_m3 = 4.0 / 3.0 * PI * (300.0_f64.powi(3) + 150.0_f64.powi(3));
+        let expected = 0.004 * volume_m3 / 2000.0_f64.powi(2) / cosine;
+        // Half a per cent, as the specification asks of projected optical depth.
+        assert!((depths / expected - 1.0).abs() < 0.005, "{sun_deg}: {depths} for {expected}");
+    }
+}
+
+/// No more light than came: what falls on the ground and what goes up, of all that is scattered, is what the sun sends.
+#[test]
+fn light_on_the_ground_is_no_more_than_came() {
+    let mut bench = Bench::open();
+    for sun_deg in [0.0, 40.0, 75.0] {
+        let scene =
+            spheres(sun_deg, "", "").replace("[0.1, 0.1, 0.1]", "[0, 0, 0]").replace("[0.3, 0.3, 0.3]", "[0, 0, 0]");
+        let total = bench.texture(&scene, "irradiance", &[("peak", "false")]);
+        let mean = total.data.iter().map(|value| f64::from(*value)).sum::<f64>() / total.data.len() as f64;
+        let sent = sun_deg.to_radians().cos();
+        assert!(mean < sent && mean > 0.8 * sent, "{sun_deg}: {mean} of {sent}");
+        let direct = bench.texture(&scene, "irradiance", &[("peak", "false"), ("component", "direct")]);
+        assert!(direct.data.iter().zip(&total.data).all(|(direct, total)| direct <= total));
+    }
+}
+
+#[test]
+fn layers_night_and_empty_skies() {
+    let mut bench = Bench::open();
+    let camera = [("projection", "camera"), ("look", "90,30"), ("fov", "80"), ("size", "48")];
+    // A deck above hides nothing of the cumulus below it, and the cumulus hides the deck.
+    let (alone, under) = (spheres(40.0, "", ""), spheres(40.0, "", &format!(", {DECK}")));
+    let (clouds, both) = (bench.texture(&alone, "cloud", &[]), bench.texture(&under, "cloud", &[]));
+    let own = bench.texture(&under, "cloud", &[("layer", "0")]);
+    for ((alone, own), both) in clouds.data.chunks(4).zip(own.data.chunks(4)).zip(both.data.chunks(4)) {
+        assert!((alone[3] - own[3]).abs() < 1e-6 && both[3] >= own[3] - 1e-6, "{alone:?} {own:?} {both:?}");
+    }
+    let deck = bench.texture(&under, "cloud", &[("layer", "1")]);
+    assert!(deck.data.chunks(4).all(|texel| texel[3] > 0.8));
+    // From above it is the other way around.
+    let above = bench.texture(&under, "cloud", &[("view", "above")]);
+    assert!(above.data.chunks(4).all(|texel| texel[3] > 0.8));
+    bench.texture(&under, "sky", &camera);
+    // An eye inside a cloud sees nothing else.
+    let inside = bench.texture(&alone, "sky", &[camera[0], camera[1], camera[2], camera[3], ("eye", "0,0,1060")]);
+    assert!(inside.data.iter().all(|value| *value > 0.0));
+    // Night is black but for the given sky.
+    let night = spheres(100.0, "", "").replace("[0.1, 0.1, 0.1]", "[0, 0, 0]");
+    for (texture, query) in [("cloud", &[][..]), ("sky", &camera), ("irradiance", &[]), ("shadow", &[])] {
+        assert!(
+            bench.texture(&night, texture, query).data.chunks(4).all(|texel| texel[0] == 0.0),
+            "{texture} at night"
+        );
+    }
+    // Sun at the horizon, and a field without clouds.
+    bench.texture(&spheres(90.0, "", ""), "cloud", &[]);
+    bench.texture(&spheres(89.9, "", ""), "shadow", &[]);
+    let none = r#"{"domain": {"extent_m": 1000, "resolution": 16}, "layers": [{"kind": "cumulus", "coverage": 0,
+        "droplets": {"henyey_greenstein": 0.85, "extinction_per_m": 0.03}}]}"#;
+    assert!(bench.texture(none, "cloud", &[]).data.iter().all(|value| *value == 0.0));
+    assert!(bench.texture(none, "shadow", &[]).data.iter().all(|value| *value == 1.0));
+    assert!(bench.texture(none, "thickness", &[]).data.iter().all(|value| *value == 0.0));
+}
+
+/// The same time gives the same bits; the wind carries clouds without changing them.
+#[test]
+fn a_field_is_a_function_of_time() {
+    let mut bench = Bench::open();
+    let scene = r#"{"domain": {"extent_m": 6000, "resolution": 64}, "atmosphere": {"sun": [1, 1, 1], "sky": [0, 0, 0]},
+        "layers": [{"kind": "cumulus", "base_m": 900, "coverage": 0.2, "width_m": [600, 1500],
+            "wind": {"speed_m_s": 10, "from_deg": 270},
+            "droplets": {"henyey_greenstein": 0.85, "extinction_per_m": 0.03}}]}"#;
+    let at = |bench: &mut Bench, time: &str| bench.texture(scene, "shadow", &[("time", time)]).data;
+    let first = at(&mut bench, "100");
+    assert!(at(&mut bench, "160") != first);
+    assert_eq!(at(&mut bench, "100"), first);
+    let again = at(&mut Bench::open(), "100");
+    assert_eq!(again, first);
+}
