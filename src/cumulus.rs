@@ -2,7 +2,12 @@
 //! and light in them in three dimensions.
 
 mod body;
+mod build;
+mod cells;
+mod index;
 mod relief;
 
 pub use body::{Body, Sphere};
+pub use cells::{Line, Span};
+pub use index::Index;
 pub use relief::Relief;

@@ -19,6 +19,7 @@ mod radiance;
 mod random;
 mod run;
 mod scattering;
+mod surface;
 
 pub use crate::slab::radiance::Side;
 pub use error::MonteCarloError;
