@@ -150,8 +150,9 @@ impl Comparison {
         let ratio = self.chi_square / self.pixels;
         println!("{what}: chi2/n {ratio:.2} (n {}), mean {:+.2} +- {:.2} %", self.pixels, 100.0 * mean, 100.0 * sigma);
         assert!(mean.abs() < bias + SIGMAS * sigma, "{what}: mean {mean}, sigma {sigma}");
-        // Noise of few paths is not normal: twice the spread of chi square.
-        assert!((ratio - 1.0).abs() < 2.0 * SIGMAS * (2.0 / self.pixels).sqrt(), "{what}: chi2/n {ratio}");
+        // Noise of few paths is not normal, nor is that of the truth: the spread of chi square is larger than that of normal
+        // numbers.
+        assert!((ratio - 1.0).abs() < 1.5 * SIGMAS * (2.0 / self.pixels).sqrt(), "{what}: chi2/n {ratio}");
     }
 }
 
@@ -183,27 +184,67 @@ fn compare(name: &'static str, view: &str, suns: &[&str], step: usize, paths: u6
             100.0 * off,
             100.0 * (sums[0] / sums[1] - 1.0)
         );
+        // The truth's own steps: of one sphere it lacks 0.5 to 0.9 % of the closed form.
         assert!(off < 0.01);
         // The truth's sun comes through cells of 10 m.
         comparison.judge(&format!("{name} {view} {sun}"), 0.01);
     }
 }
 
+/// Light scattered once by one sphere: many steps of the closed form.
+fn scattered_once(sphere: &Sphere, extinction: f64, eye: DVec3, ray: DVec3, sun: DVec3) -> f64 {
+    let to_centre = sphere.centre - eye;
+    let nearest = to_centre.dot(ray);
+    let half = (sphere.radius_m.powi(2) - (to_centre - ray * nearest).length_squared()).sqrt();
+    let steps = 20_000;
+    let step = 2.0 * half / f64::from(steps);
+    let phase = HENYEY_GREENSTEIN.value(ray.dot(sun).clamp(-1.0, 1.0).acos());
+    let path = |i: i32| {
+        let way = (f64::from(i) + 0.5) * step;
+        let place = ray * (nearest - half + way) - to_centre;
+        let along = place.dot(sun);
+        way - along + (along * along + sphere.radius_m.powi(2) - place.length_squared()).sqrt()
+    };
+    (0..steps).map(|i| (-extinction * path(i)).exp()).sum::<f64>() * step * extinction * phase / (4.0 * PI)
+}
+
+#[test]
+fn light_scattered_once_is_the_closed_form() {
+    let truth = Truth::named("one");
+    let (index, picture) = (alone(&truth), truth.picture("side"));
+    let parts = [part(Shape::Cumulus(&index), truth.extinction_per_m)];
+    let pixels = sample(picture.column("tau"), 40);
+    let views: Vec<VolumeView> = pixels.iter().map(|i| VolumeView::new(picture.eye, picture.rays[*i])).collect();
+    let mut worst = 0.0_f64;
+    for sun in ["front", "side", "back0", "back30", "top"] {
+        let problem = problem(&parts, ALONE_M, truth.sun(sun));
+        for (found, &i) in seen(&problem, &views, 2, 1).iter().zip(&pixels) {
+            let sphere = &truth.body.spheres[0];
+            let exact =
+                scattered_once(sphere, truth.extinction_per_m, picture.eye, picture.rays[i], problem.towards_sun);
+            // Light of less than 1e-8 is left out: its way is longer than 20 optical depths.
+            worst = worst.max((found.order1 - exact).abs() / (exact + 1e-5));
+        }
+    }
+    println!("worst {worst:.1e}");
+    assert!(worst < 1e-4, "{worst}");
+}
+
 #[test]
 fn images_of_one_sphere_are_those_of_an_independent_tracer() {
-    compare("one", "side", &["front", "side", "back30", "top"], 12, 400);
+    compare("one", "side", &["front", "side", "back30", "top"], 16, 300);
 }
 
 #[test]
 fn images_of_three_spheres_are_those_of_an_independent_tracer() {
-    compare("three", "side", &["front", "side", "back30", "top"], 9, 200);
+    compare("three", "side", &["front", "side", "back30", "top"], 9, 300);
 }
 
 #[test]
 fn images_of_a_cumulus_are_those_of_an_independent_tracer() {
-    compare("hier", "side", &["front", "side", "back10", "back30", "top"], 9, 200);
-    compare("hier", "above", &["front", "side"], 9, 200);
-    compare("hier", "below", &["side"], 9, 200);
+    compare("hier", "side", &["front", "side", "back10", "back30", "top"], 9, 300);
+    compare("hier", "above", &["front", "side"], 9, 300);
+    compare("hier", "below", &["side"], 9, 300);
 }
 
 #[test]
@@ -434,6 +475,32 @@ fn light_forwards_and_backwards_is_the_same_and_none_is_lost() {
     check(forwards.ground_diffuse, mean(&|light| light.diffuse.value), error, "diffuse");
     // The beam has details of 40 m; the grid of 47 m meets them at random.
     check(forwards.ground_direct, mean(&|light| light.direct), 0.004, "direct");
+}
+
+#[test]
+fn radiances_add_up_to_the_light_that_leaves() {
+    let index = soft();
+    for phase in [&*HENYEY_GREENSTEIN, &*DROPLETS] {
+        let parts = [Part { phase, ..part(Shape::Cumulus(&index), 0.05) }];
+        let problem = problem(&parts, 1500.0, direction(50.0, 250.0));
+        let expected = gone(&problem, 400_000, 1).up;
+        // Down from everywhere above, as light leaves a matt surface.
+        let count = 6000;
+        let view = |i: u32| {
+            let number = |root: f64| (f64::from(i) * root).fract();
+            let (x, y) = (number(0.812_410_9), number(0.660_017_7));
+            let (sine, azimuth) = (number(0.536_199_7).sqrt(), 360.0 * number(0.435_613_8));
+            let place = dvec3(1500.0 * x, 1500.0 * y, 1300.0);
+            VolumeView::new(place, -direction(sine.asin().to_degrees(), azimuth))
+        };
+        let found = seen(&problem, &(0..count).map(view).collect::<Vec<_>>(), 30, 5);
+        let mean = found.iter().map(|light| light.total.value).sum::<f64>() / f64::from(count);
+        let squares = found.iter().map(|light| (light.total.value - mean).powi(2)).sum::<f64>();
+        // The spread of the views counts as noise, though their places are evener than by chance.
+        let error = squares.sqrt() / f64::from(count);
+        check(expected, PI * mean, PI * error, "up");
+        assert!(error < 0.02 * mean);
+    }
 }
 
 #[test]

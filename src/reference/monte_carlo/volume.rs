@@ -11,14 +11,16 @@
 //! line is known in closed form; what the sun's light loses in soft edges is drawn by ratio tracking (J. Novak et al., 2014).
 //!
 //! At each scattering the sun's light that arrives there is added (local estimate). Light scattered once is integrated along
-//! the ray. **Forward peaks.** Local estimates at droplets, whose phase function is 10,000 and more within a degree, are
-//! seldom and huge counts; the slab's solver shares every chain of scatterings out among all places where it could have been
-//! cut. In three dimensions two paths do not meet, but the same is had from one end: where a path is scattered by a peak
-//! it goes on in two directions, one drawn from the phase function about its own direction, one from the phase function about
-//! the direction of the sun, and both count with the balance heuristic's weights (E. Veach, 1997). So a path gets into the
-//! peak around the sun with next to no weight unless it comes out of that peak, and a count is large only where every
-//! scattering is inside the peak. Branches end by Russian roulette on what they can add at most: their weight times the phase
-//! function between them and the sun.
+//! the ray.
+//!
+//! **Forward peaks.** Local estimates at droplets, whose phase function is 10,000 and more within a degree, are seldom and
+//! huge counts. The slab's solver shares every chain of scatterings out among all places where a path from the sun and one from
+//! the eye could have been joined. In three dimensions two paths do not meet, but the same is had from one end: where a path
+//! is scattered by a peak it goes on in two directions, one drawn from the phase function about its own direction, one from
+//! the phase function about the direction of the sun, and both count with the weights of the balance heuristic (E. Veach,
+//! 1997). So a path gets into the peak around the sun with next to no weight unless it comes out of that peak, and a count is
+//! large only where every scattering is inside the peak. Branches end by Russian roulette on what they can add: their weight
+//! times the phase function between them and the sun.
 //!
 //! [`radiance`] says what is seen along rays, [`rgb_radiance`] in three colours, [`irradiance`] what falls on level
 //! surfaces, [`fluxes`] where the light of the whole domain goes. Light is in the unit of the problem's.
