@@ -8,7 +8,7 @@
 //! Free flights are drawn in each part on its own and the shortest counts. In cumulus they are drawn by null-collision tracking
 //! (E. Woodcock et al., 1965) under the bounds of the cells of [`crate::cumulus::Index`]: cells without cloud are skipped,
 //! those that are all cloud need no null collisions. In layers and between spheres with sharp edges the cloud on a
-//! line is known in closed form; what the sun's light loses in soft edges is drawn by ratio tracking (J. Novak et al., 2014).
+//! line is known in closed form; what the sun's light loses in soft edges is drawn by ratio tracking (J. Novák et al., 2014).
 //!
 //! At each scattering the sun's light that arrives there is added (local estimate). Light scattered once is integrated along
 //! the ray.

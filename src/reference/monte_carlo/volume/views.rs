@@ -134,14 +134,15 @@ impl<'a> Seen<'a> {
             let sources = piece.extinctions.iter().zip(&scattered);
             let source: f64 = sources.map(|(extinction, scattered)| extinction * scattered).sum();
             let steps = (depth / STEP_DEPTH).max(length_m / STEP_M).ceil();
-            let step_m = length_m / steps;
-            for step in 0..steps as u64 {
-                for point in [0.5 - 0.5 / 3.0_f64.sqrt(), 0.5 + 0.5 / 3.0_f64.sqrt()] {
-                    let way_m = (step as f64 + point) * step_m;
-                    let to_sun = Line::from(self.line.at(piece.from_m + way_m), world.sun);
-                    let depth = start + piece.extinction * way_m + world.medium.depth(&to_sun);
-                    light += 0.5 * step_m * source * (-depth).exp();
-                }
+            for point in 0..2 * steps as u64 {
+                let node = [0.5 - 0.5 / 3.0_f64.sqrt(), 0.5 + 0.5 / 3.0_f64.sqrt()][(point % 2) as usize];
+                let part = ((point / 2) as f64 + node) / steps;
+                // Close together at the ends: they are the cloud's surface, where the way to the sun grows like a root.
+                let way_m = length_m * part * part * (3.0 - 2.0 * part);
+                let step_m = length_m * 6.0 * part * (1.0 - part) / steps;
+                let to_sun = Line::from(self.line.at(piece.from_m + way_m), world.sun);
+                let depth = start + piece.extinction * way_m + world.medium.depth(&to_sun);
+                light += 0.5 * step_m * source * (-depth).exp();
             }
         }
         light * world.sun_irradiance
