@@ -579,7 +579,7 @@ fn colours_are_problems_of_their_own() {
     };
     let found = rgb_radiance(&scene, &views, &effort, &note, &AtomicBool::new(false)).unwrap()[0];
     assert_eq!(progress.into_inner(), 1_000_000);
-    for c in 0..3 {
+    for (c, found) in found.iter().enumerate() {
         let parts = [Part {
             shape: part.shape,
             extinction_per_m: part.extinction_per_m[c],
@@ -594,7 +594,7 @@ fn colours_are_problems_of_their_own() {
             sun_irradiance: scene.sun_irradiance[c],
             sky_radiance: scene.sky_radiance[c],
         };
-        assert_eq!(found[c], seen(&problem, &views, 300, 77 + c as u64)[0]);
+        assert_eq!(*found, seen(&problem, &views, 300, 77 + c as u64)[0]);
     }
 }
 
