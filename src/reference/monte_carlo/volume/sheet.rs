@@ -81,34 +81,19 @@ impl Sheet {
     }
 }
 
-/// Where from 0 to 1 the parabola through three values (at 0, 1/2, 1) is below 0: at most two parts, those that are none empty.
-fn below([first, middle, last]: [f64; 3]) -> [(f64, f64); 2] {
-    const NONE: (f64, f64) = (0.0, 0.0);
+/// Where from 0 to 1 the parabola through three values (at 0, 1/2, 1) is below 0: parts in order, some of them empty.
+fn below([first, middle, last]: [f64; 3]) -> [(f64, f64); 3] {
     let square = 2.0 * (first + last - 2.0 * middle);
     let slope = last - first - square;
-    let discriminant = slope * slope - 4.0 * square * first;
-    // Without a root, or with roots at the ends only, all of it has one sign.
-    let whole = || if middle < 0.0 { [(0.0, 1.0), NONE] } else { [NONE; 2] };
-    if discriminant <= 0.0 {
-        return whole();
-    }
+    let discriminant = (slope * slope - 4.0 * square * first).max(0.0);
     let sum = -0.5 * (slope + discriminant.sqrt().copysign(slope));
-    let roots =
-        [sum / square, if sum == 0.0 { 0.0 } else { first / sum }].map(|root| if root.is_nan() { 0.0 } else { root });
-    let (low, high) = (roots[0].min(roots[1]).clamp(0.0, 1.0), roots[0].max(roots[1]).clamp(0.0, 1.0));
+    let root = |over: f64, under: f64| if under == 0.0 { 0.0 } else { (over / under).clamp(0.0, 1.0) };
+    let roots = [root(sum, square), root(first, sum)];
+    let cuts = [0.0, roots[0].min(roots[1]), roots[0].max(roots[1]), 1.0];
+    // Each part has one sign, that of its integral.
     let value = |part: f64| first + part * (slope + part * square);
-    if value(0.5 * (low + high)) < 0.0 && low < high {
-        // Between the roots, and on both sides only if those inside are not both roots.
-        let before = if low > 0.0 && value(0.5 * low) < 0.0 { 0.0 } else { low };
-        let after = if high < 1.0 && value(0.5 * (high + 1.0)) < 0.0 { 1.0 } else { high };
-        return [(before, after), NONE];
-    }
-    if low >= high {
-        return whole();
-    }
-    let before = if value(0.5 * low) < 0.0 { (0.0, low) } else { NONE };
-    let after = if value(0.5 * (high + 1.0)) < 0.0 { (high, 1.0) } else { NONE };
-    [before, after]
+    let negative = |from: f64, to: f64| value(from) + 4.0 * value(0.5 * (from + to)) + value(to) < 0.0;
+    std::array::from_fn(|i| if negative(cuts[i], cuts[i + 1]) { (cuts[i], cuts[i + 1]) } else { (0.0, 0.0) })
 }
 
 #[cfg(test)]
@@ -129,7 +114,8 @@ mod tests {
                     let sum: f64 = found.iter().map(|(from, to)| to - from).sum();
                     let many = points.count() as f64 / f64::from(count);
                     assert!((sum - many).abs() < 3e-4, "{first} {middle} {last}: {found:?}, {many}");
-                    assert!(found[1].0 >= found[0].1 || found[1].0 == found[1].1);
+                    let parts: Vec<_> = found.into_iter().filter(|(from, to)| from < to).collect();
+                    assert!(parts.windows(2).all(|pair| pair[0].1 <= pair[1].0), "{found:?}");
                 }
             }
         }
