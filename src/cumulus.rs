@@ -2,10 +2,13 @@
 //! and light in them in three dimensions.
 
 mod body;
+mod build;
+mod cells;
 mod coverage;
 pub mod dressed;
 mod hash;
 mod highest;
+mod index;
 pub mod lattice;
 mod layer;
 mod march;
@@ -15,7 +18,9 @@ mod shape;
 mod volume;
 
 pub use body::{Body, Sphere};
+pub use cells::{Line, Span};
 pub use highest::highest_m;
+pub use index::Index;
 pub use layer::{body, drift_m};
 pub use march::{Ray, Step, mean_density};
 pub use relief::Relief;

@@ -74,10 +74,8 @@ fn host_layouts() -> Vec<(&'static str, Layout)> {
             part,
             peak,
             first,
+            added,
             together,
-            spare_0,
-            spare_1,
-            spare_2,
         }),
         host_layout!(SkyView {
             axis_x,

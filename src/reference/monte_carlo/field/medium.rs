@@ -5,90 +5,16 @@ use glam::DVec3;
 use super::air::{Air, Met};
 use super::problem::{FieldProblem, Layer, greatest};
 use crate::atmosphere::geometry::TOP_M;
-use crate::reference::map::Map;
+use crate::periodic::Axis;
 use crate::reference::monte_carlo::error::MonteCarloError;
 use crate::reference::monte_carlo::random::Random;
+use crate::reference::monte_carlo::surface::Surface;
 
 /// Most cells along a side of the grid of greatest heights.
 const MAX_CELLS: f64 = 32.0;
 /// Cells no smaller than this part of the highest cloud: a flight is a few cells long then. Also what keeps flights in a
 /// domain much smaller than its clouds are high from crossing it a million times.
 const CELL_PART: f64 = 0.1;
-
-/// The first channel of a periodic map with bilinear interpolation, by metres east and south.
-#[derive(Debug)]
-pub(super) struct Surface {
-    size: [f64; 2],
-    /// Texels a metre.
-    texels_per_m: [f64; 2],
-    /// Added to the place in texels.
-    offset: [f64; 2],
-    /// With one more column and row than the map has, equal to the first ones.
-    texels: Vec<f64>,
-}
-
-impl Surface {
-    pub(super) fn new(map: &Map, offset_uv: [f64; 2], extent_m: f64) -> Self {
-        let size = [map.width as f64, map.height as f64];
-        let texel = |i: usize| {
-            let (x, y) = (i % (map.width + 1), i / (map.width + 1));
-            map.texel(x % map.width, y % map.height)[0]
-        };
-        Self {
-            size,
-            texels_per_m: size.map(|size| size / extent_m),
-            // Centres lie at half-integers.
-            offset: std::array::from_fn(|i| (offset_uv[i] - offset_uv[i].floor()) * size[i] - 0.5),
-            texels: (0..(map.width + 1) * (map.height + 1)).map(texel).collect(),
-        }
-    }
-
-    pub(super) fn at(&self, x_m: f64, y_m: f64) -> f64 {
-        let (column, x) = self.place(x_m, 0);
-        let (row, y) = self.place(y_m, 1);
-        let width = self.size[0] as usize + 1;
-        let first = row * width + column;
-        let t = &self.texels[first..];
-        let (north, south) = (t[0] + (t[1] - t[0]) * x, t[width] + (t[width + 1] - t[width]) * x);
-        north + (south - north) * y
-    }
-
-    /// Texel before the place, and the part of the way to the next one.
-    fn place(&self, metres: f64, axis: usize) -> (usize, f64) {
-        let (size, mut place) = (self.size[axis], metres * self.texels_per_m[axis] + self.offset[axis]);
-        if !(0.0..size).contains(&place) {
-            // Rounding may give the size itself.
-            place = (place - (place / size).floor() * size).min(size - f64::EPSILON * size);
-        }
-        let low = place as usize;
-        (low, place - low as f64)
-    }
-
-    /// The greatest value in each of `cells` x `cells` equal parts of the domain, by rows from the north.
-    fn greatest_in(&self, cells: usize) -> Vec<f64> {
-        let mut most = vec![0.0; cells * cells];
-        let (width, height) = (self.size[0] as usize, self.size[1] as usize);
-        // A texel reaches as far as the next centres.
-        let reach = |i: usize, axis: usize| {
-            let cell = |texels: f64| ((texels - self.offset[axis]) / self.size[axis] * cells as f64).floor() as i64;
-            let (from, to) = (cell(i as f64 - 1.0), cell(i as f64 + 1.0));
-            // Once around at most.
-            (from..=to.min(from + cells as i64 - 1)).map(move |cell| cell.rem_euclid(cells as i64) as usize)
-        };
-        for y in 0..height {
-            for x in 0..width {
-                let value = self.texels[y * (width + 1) + x];
-                for row in reach(y, 1) {
-                    for column in reach(x, 0) {
-                        let cell: &mut f64 = &mut most[row * cells + column];
-                        *cell = cell.max(value);
-                    }
-                }
-            }
-        }
-        most
-    }
-}
 
 /// A layer's extinction and shape.
 #[derive(Debug)]
@@ -259,42 +185,5 @@ impl Medium {
             chosen -= cloud.extinction_per_m;
         }
         None
-    }
-}
-
-/// Cells along one axis of a flight.
-#[derive(Debug)]
-struct Axis {
-    cell: usize,
-    /// Way to the next cell.
-    next_m: f64,
-    /// Way through a cell.
-    pitch_m: f64,
-    forward: bool,
-    cells: usize,
-}
-
-impl Axis {
-    fn new(start_m: f64, slope: f64, cell_m: f64, cells: usize) -> Self {
-        let place = start_m / cell_m;
-        let low = place.floor();
-        let pitch_m = cell_m / slope.abs();
-        let part = if slope > 0.0 { low + 1.0 - place } else { place - low };
-        // One cell repeats everywhere: there is nothing to step to.
-        let next_m = if cells == 1 || slope == 0.0 { f64::INFINITY } else { part * pitch_m };
-        Self { cell: (low as i64).rem_euclid(cells as i64) as usize, next_m, pitch_m, forward: slope > 0.0, cells }
-    }
-
-    /// Steps to the next cell if the way leads there.
-    fn pass(&mut self, way_m: f64) {
-        if self.next_m <= way_m {
-            self.next_m += self.pitch_m;
-            self.cell = match (self.forward, self.cell) {
-                (true, cell) if cell + 1 == self.cells => 0,
-                (true, cell) => cell + 1,
-                (false, 0) => self.cells - 1,
-                (false, cell) => cell - 1,
-            };
-        }
     }
 }

@@ -7,12 +7,13 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use super::maps::{FluxMap, NADIR_COSINE};
-use super::medium::{Flight, Medium, Surface};
+use super::medium::{Flight, Medium};
 use super::problem::FieldProblem;
 use super::tally::{Counts, End};
 use crate::reference::monte_carlo::error::MonteCarloError;
 use crate::reference::monte_carlo::random::Random;
 use crate::reference::monte_carlo::scattering::Scattering;
+use crate::reference::monte_carlo::surface::Surface;
 
 /// Photons with one stream of random numbers.
 const CHUNK: u64 = 1024;
