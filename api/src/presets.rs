@@ -20,6 +20,7 @@ const FILES: &[(&str, &str, &str)] = &[
     ("stratocumulus", "Stratocumulus deck", include_str!("../../config/scenes/stratocumulus.json")),
     ("broken", "Broken clouds", include_str!("../../config/scenes/broken.json")),
     ("uniform", "Uniform layer", include_str!("../../config/scenes/uniform.json")),
+    ("fair-weather", "Fair-weather cumulus", include_str!("../../config/scenes/fair-weather.json")),
     ("layers", "Broken clouds under a thin sheet", include_str!("../../config/scenes/layers.json")),
     ("snow", "Broken clouds over snow", include_str!("../../config/scenes/snow.json")),
 ];

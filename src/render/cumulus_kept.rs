@@ -5,7 +5,7 @@ use crate::cumulus::dressed::{self, Scattering};
 use crate::cumulus::lattice::{Lattice, Lighting};
 use crate::cumulus::{self, Ray, Relief, Volume};
 use crate::frame;
-use crate::gpu::Gpu;
+use crate::gpu::{Gpu, HostMap};
 use crate::ground::GroundMap;
 use crate::job::{Job, RenderError, Watch};
 use crate::moment::Moment;
@@ -54,13 +54,15 @@ impl CumulusKept {
         Self { fields: Kept::new(KEPT), lights: Kept::new(KEPT), dressed: Kept::new(KEPT) }
     }
 
-    /// The job's layer of cumulus, with its light where it is `seen` or lights the ground; and the even light that then falls on the
+    /// The job's layer of cumulus, with its light where that is wanted; `decks` are the numbers and thicknesses of the stratiform
+    /// layers. And the even light that then falls on the
     /// ground beside that of other layers.
     pub(super) fn inputs(
         &mut self,
         gpu: &Gpu,
         job: &Job,
         moment: &Moment,
+        decks: &[(usize, HostMap)],
         lit: bool,
         watch: &Watch,
     ) -> Result<Option<(CumulusInputs, [f64; 3])>, RenderError> {
@@ -92,10 +94,30 @@ impl CumulusKept {
         let (towards_sun, sun) = (DVec3::from_array(light.towards_sun), light.beam_at(job.air(), middle_m));
         let mut lighting =
             Lighting { extinction_per_m, scattering, towards_sun, sun, above: light.sky, below: [0.0; 3] };
+        let above = |number: usize| scene.place(number) > layer.place();
+        for (number, map) in decks.iter().rev().filter(|(number, _)| above(*number)) {
+            let deck = Deck::new(job, moment, *number, map);
+            for c in 0..3 {
+                let beam = light.cosine() * lighting.sun[c] * (deck.transmitted[c] - deck.beam[c]).max(0.0) / PI;
+                lighting.above[c] = lighting.above[c] * deck.transmitted_even[c] + beam;
+                lighting.sun[c] *= deck.beam[c];
+            }
+        }
         let through = through(&field.host, &lighting, beam);
         let albedo = GroundMap::new(&scene.ground.albedo, job.images())?.mean();
-        let on_ground = [0, 1, 2].map(|c| sun[c] * light.cosine() * through.forward[c] + PI * light.sky[c]);
-        lighting.below = [0, 1, 2].map(|c| albedo[c] * on_ground[c] / PI);
+        let direct = [0, 1, 2].map(|c| lighting.sun[c] * light.cosine() * through.forward[c]);
+        let mut reflected = albedo;
+        let mut reflected_beam = albedo;
+        for (number, map) in decks.iter().filter(|(number, _)| !above(*number)) {
+            // What lies below a deck sends its light through it; what goes to and fro between them is left out.
+            let deck = Deck::new(job, moment, *number, map);
+            for c in 0..3 {
+                let passed = deck.transmitted_even[c] * reflected[c];
+                reflected[c] = deck.reflected_even[c] + deck.transmitted_even[c] * passed;
+                reflected_beam[c] = deck.reflected[c] + deck.transmitted[c] * passed;
+            }
+        }
+        lighting.below = [0, 1, 2].map(|c| direct[c] * reflected_beam[c] / PI + lighting.above[c] * reflected[c]);
         let drift = cumulus::drift_m(&layer.wind, time_s, extent_m);
         let made = match lit {
             false => None,
@@ -105,7 +127,7 @@ impl CumulusKept {
         };
         let added = made.as_ref().map_or([0.0; 3], |made| {
             [0, 1, 2].map(|c| {
-                let scattered = light.direct()[c] * (through.forward[c] - through.beam[c]).max(0.0);
+                let scattered = light.cosine() * lighting.sun[c] * (through.forward[c] - through.beam[c]).max(0.0);
                 let sky = if scene.layers.is_empty() { PI * light.sky[c] } else { 0.0 };
                 sky + made.host.added[0][c] + scattered
             })
@@ -121,6 +143,44 @@ impl CumulusKept {
         });
         let bound = gpu.uniform("cumulus", &frame);
         Ok(Some((CumulusInputs { frame, bound, field, seen }, added)))
+    }
+}
+
+/// What a stratiform layer makes of light in the mean over the domain: red, green, blue.
+struct Deck {
+    /// Part of the sun's beam that goes on nearly straight.
+    beam: [f64; 3],
+    /// All of it that goes on, and that goes back.
+    transmitted: [f64; 3],
+    reflected: [f64; 3],
+    /// The same of even light.
+    transmitted_even: [f64; 3],
+    reflected_even: [f64; 3],
+}
+
+impl Deck {
+    fn new(job: &Job, moment: &Moment, number: usize, thickness: &HostMap) -> Self {
+        let (layer, tables) = (&moment.layers[number], &job.tables()[number]);
+        let cosine = moment.slant_cosine();
+        let texels = thickness.data.len();
+        let every = texels.div_ceil(LOOKS * LOOKS).max(1) | 1;
+        let looks: Vec<f64> = thickness.data.iter().step_by(every).map(|&metres| f64::from(metres)).collect();
+        let mean = |c: usize| {
+            let flux = &tables.fluxes[c];
+            let mut sums = [0.0; 5];
+            for metres in &looks {
+                let depth = metres * layer.extinction_per_m[c];
+                let (slant, even) = (flux.beam(depth, cosine), flux.isotropic(depth));
+                let beam = (-layer.forward[c] * depth / cosine).exp();
+                let all = [beam, slant.transmittance, slant.reflectance, even.transmittance, even.reflectance];
+                sums.iter_mut().zip(all).for_each(|(sum, part)| *sum += part);
+            }
+            sums.map(|sum| sum / looks.len() as f64)
+        };
+        let means = [mean(0), mean(1), mean(2)];
+        let [beam, transmitted, reflected, transmitted_even, reflected_even] =
+            [0, 1, 2, 3, 4].map(|which: usize| means.each_ref().map(|mean| mean[which]));
+        Self { beam, transmitted, reflected, transmitted_even, reflected_even }
     }
 }
 

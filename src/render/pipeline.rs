@@ -206,7 +206,11 @@ impl Pipeline {
         let below = job.scene().cumulus.as_ref().map_or(0, |cumulus| cumulus_place(job, cumulus.place()));
         let cumulus = match job.scene().cumulus {
             Some(_) => clock.time("cumulus", || {
-                self.cumulus.inputs(&self.gpu, job, &run.moment, needs.light || needs.slab, watch)
+                let lit = needs.light || needs.slab;
+                let decks = if lit { run.fields.as_slice() } else { &[] };
+                let decks = decks.iter().enumerate().map(|(number, field)| Ok((number, self.thickness(field, watch)?)));
+                let decks = decks.collect::<Result<Vec<_>, RenderError>>()?;
+                self.cumulus.inputs(&self.gpu, job, &run.moment, &decks, lit, watch)
             })?,
             None => None,
         };
