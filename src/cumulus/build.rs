@@ -5,6 +5,7 @@ use super::cells::{Ball, Cell};
 use super::index::Index;
 use super::relief::Relief;
 use glam::{DVec3, dvec3};
+use rayon::prelude::*;
 use std::collections::BTreeMap;
 
 /// Cells have about this side, metres: smaller ones take longer to walk through, larger ones hold too many spheres.
@@ -39,11 +40,18 @@ pub(super) fn build(body: &Body) -> Index {
         relief: Relief::new(body.extent_m),
     };
     if index.layers > 0 {
-        for (number, (column, spheres)) in columns(&index, &spheres).into_iter().enumerate() {
-            index.columns[column] = number as u32 + 1;
-            for layer in 0..index.layers {
-                add_cell(&mut index, column, layer, &spheres);
-            }
+        let columns: Vec<(usize, Vec<Sphere>)> = columns(&index, &spheres).into_iter().collect();
+        let cells = |(column, spheres): &(usize, Vec<Sphere>)| {
+            let mut balls = Vec::new();
+            let cells = (0..index.layers).map(|layer| cell(&index, *column, layer, spheres, &mut balls));
+            (cells.collect::<Vec<Cell>>(), balls)
+        };
+        let parts: Vec<(Vec<Cell>, Vec<Ball>)> = columns.par_iter().map(cells).collect();
+        for (number, ((column, _), (cells, balls))) in columns.iter().zip(parts).enumerate() {
+            let first = index.balls.len() as u32;
+            index.columns[*column] = number as u32 + 1;
+            index.cells.extend(cells.into_iter().map(|cell| Cell { first: first + cell.first, ..cell }));
+            index.balls.extend(balls);
         }
     }
     index
@@ -82,7 +90,8 @@ fn corners(index: &Index, column: usize, layer: usize) -> (DVec3, DVec3) {
     (low, low + size)
 }
 
-fn add_cell(index: &mut Index, column: usize, layer: usize, spheres: &[Sphere]) {
+/// A cell whose spheres, of those of its column, are added to `all`.
+fn cell(index: &Index, column: usize, layer: usize, spheres: &[Sphere], all: &mut Vec<Ball>) -> Cell {
     let (low, high) = corners(index, column, layer);
     let reach_m = index.edge_m + index.relief_m;
     let mut least_m = f64::NEG_INFINITY;
@@ -105,12 +114,14 @@ fn add_cell(index: &mut Index, column: usize, layer: usize, spheres: &[Sphere]) 
         if index.edge_m > 0.0 { (inside_m / index.edge_m).clamp(0.0, 1.0) } else { inside_m.signum().max(0.0) }
     };
     let most_density = risen(most_m) * risen(above_base_m);
-    index.cells.push(Cell {
-        first: index.balls.len() as u32,
+    let first = all.len() as u32;
+    let cell = Cell {
+        first,
         count: balls.len() as u32,
         // Rounding must not make it less.
         most_density: if most_m > 0.0 { (most_density as f32).next_up().min(1.0) } else { 0.0 },
         full: least_m >= reach_m && low.z >= index.base_m + index.edge_m,
-    });
-    index.balls.extend(balls);
+    };
+    all.extend(balls);
+    cell
 }

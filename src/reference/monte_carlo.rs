@@ -1,7 +1,8 @@
 //! Exact light in a slab by Monte Carlo: slow, without any approximation but its stated noise.
 //!
 //! Here, a homogeneous plane-parallel slab over a black ground, lit by a parallel beam; clouds of uneven thickness with
-//! ground and sky are in [`field`], clear air around a round Earth is in [`air`]. [`fluxes`] says where the light goes,
+//! ground and sky are in [`field`], clouds of any shape as an eye sees them in [`volume`], clear air around a round Earth is in
+//! [`air`]. [`fluxes`] says where the light goes,
 //! order by order of scattering; [`radiance`] what is seen in given directions, also close to the sun. Conventions as in
 //! [`crate::slab`]: fluxes are fractions of the incident horizontal irradiance, radiances are per unit sun irradiance on a
 //! plane facing the sun (1/sr), azimuth 0 is the forward half-plane.
@@ -20,6 +21,7 @@ mod random;
 mod run;
 mod scattering;
 mod surface;
+pub mod volume;
 
 pub use crate::slab::radiance::Side;
 pub use error::MonteCarloError;

@@ -62,8 +62,7 @@ impl Shape {
         let rays = floats(&format!("{}_{view}.rays.f32", self.name));
         let rays = rays.as_chunks::<3>().0.iter().map(|&ray| DVec3::from_array(ray).normalize()).collect();
         let bytes = read(&format!("{}_{view}.columns.f16", self.name));
-        let values: Vec<f64> =
-            bytes.as_chunks::<2>().0.iter().map(|&b| half::f16::from_le_bytes(b).to_f64()).collect();
+        let values: Vec<f64> = bytes.as_chunks::<2>().0.iter().map(|&b| half::f16::from_le_bytes(b).to_f64()).collect();
         let names = words(&json["columns"]);
         let column = |i: usize| values.iter().skip(i).step_by(names.len()).copied().collect();
         let columns = names.iter().enumerate().map(|(i, name)| (name.clone(), column(i))).collect();
