@@ -81,11 +81,11 @@ impl Illumination {
         };
         let towards = lifted(self.towards_sun, sun::Air::at_altitude(altitude_m + eye_m));
         let height_m = geometry::inside(eye_m, 0.0);
-        let beam = tables.waves.each_ref().map(|wave| wave.air.disc_transmittance(height_m, self.towards_sun[2]));
+        let beam = tables.waves.each_ref().map(|wave| wave.air.disc_unscattered(height_m, self.towards_sun[2]));
         let through = |level: usize| {
             let elevation = Disc::level(towards[2].asin(), self.sun_diameter, level);
             let cosine = elevation.sin().max(horizon + 1e-9);
-            rec709(tables.waves.each_ref().map(|wave| wave.air.depth.transmittance(height_m, cosine)))
+            rec709(tables.waves.each_ref().map(|wave| wave.air.whole_depth().transmittance(height_m, cosine)))
                 .map(|value| value.max(0.0))
         };
         Disc {
@@ -137,8 +137,14 @@ impl AirLight {
         };
         let Some(covered) = &air.covered else {
             let waves = &air.clear.waves;
-            let sky = waves.each_ref().map(|wave| diffuse_fluxes(wave, 0.0, sun_cosine).down / PI);
-            return Self { beam: beam(waves, 0.0), sky: colour(sky), below: AirBelow::NONE, cover: None };
+            // What coarse particles scatter straight on is the sky's: no cloud needs it in its beam.
+            let straight = |wave: &Moments| wave.air.disc_unscattered(0.0, sun_cosine);
+            let sky = |wave: &Moments| {
+                let aureole = sun_cosine.max(0.0) * (wave.air.disc_transmittance(0.0, sun_cosine) - straight(wave));
+                (diffuse_fluxes(wave, 0.0, sun_cosine).down + aureole.max(0.0)) / PI
+            };
+            let (sky, straight) = (waves.each_ref().map(sky), waves.each_ref().map(straight));
+            return Self { beam: colour(straight), sky: colour(sky), below: AirBelow::NONE, cover: None };
         };
         let cover = CoverMoment::new(covered, sun_cosine);
         Self {

@@ -8,24 +8,38 @@ use crate::image::{Image, MissingImage};
 use crate::plan::Plan;
 use crate::scene::quantity::Quantity as _;
 use crate::scene::{Atmosphere, Scene};
-use crate::spectrum::rec709;
-use crate::tables::{AirMix, AirTables, CoverLayer, CoveredMix, CoveredTables, MixTables};
+use crate::spectrum::{WAVELENGTHS_NM, rec709};
+use crate::tables::{AirMix, AirTables, CoverLayer, CoveredMix, CoveredTables, MixTables, TableError, TableLibrary};
 use std::collections::HashMap;
 use std::f64::consts::PI;
 use std::sync::Arc;
 
-/// The air of a scene, if it has any, as its tables depend on it. `images` are those that the scene names.
+/// Why the air of a scene is not known.
+#[derive(Debug, thiserror::Error)]
+pub enum AirError {
+    /// The image of the ground's albedo is missing.
+    #[error(transparent)]
+    Image(#[from] MissingImage),
+    /// The aerosol has no optics.
+    #[error(transparent)]
+    Aerosol(#[from] TableError),
+}
+
+/// The air of a scene, if it has any, as its tables depend on it. `images` are those that the scene names. Waits for the optics
+/// of its aerosol, which come from the library.
 ///
 /// # Errors
-/// The image of the ground's albedo is not among them.
+/// The image of the ground's albedo is not among them, or its aerosol has no optics.
 pub fn air_mix(
     scene: &Scene,
     images: &HashMap<String, Arc<Image>>,
     plan: &Plan,
-) -> Result<Option<AirMix>, MissingImage> {
+    library: &TableLibrary,
+) -> Result<Option<AirMix>, AirError> {
     let Atmosphere::Air(column) = &scene.atmosphere else { return Ok(None) };
     let ground = GroundMap::new(&scene.ground.albedo, images)?.mean();
-    Ok(Some(AirMix::new(*column, ground, plan.tolerance)))
+    let aerosol = library.aerosol(&column.aerosol, WAVELENGTHS_NM, &|_| ())?;
+    Ok(Some(AirMix::new(column.clone(), aerosol, ground, plan.tolerance)))
 }
 
 /// The air of a scene with its clouds in it, if it has both, as the tables of that depend on them. `air` is that of

@@ -1,5 +1,6 @@
 //! What a scene is made of: each value is valid, so that later stages need no checks.
 
+use super::aerosol::Scatterers;
 use super::air::Atmosphere;
 use super::quantity::*;
 use super::{parse, write};
@@ -313,6 +314,13 @@ impl Scene {
                 let pointer = format!("/layers/{i}/droplets/phase_function");
                 notes.push(FieldError { pointer, detail: doubt.to_string() });
             }
+        }
+        if let Atmosphere::Air(air) = &self.atmosphere
+            && let Scatterers::Tabulated { table, .. } = &air.aerosol.scatterers
+            && let Some(doubt) = table.doubt()
+        {
+            let pointer = "/atmosphere/aerosol/phase_function".to_owned();
+            notes.push(FieldError { pointer, detail: doubt.to_string() });
         }
         notes
     }

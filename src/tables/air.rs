@@ -1,11 +1,11 @@
 //! Tables of an atmosphere.
 
+use super::aerosol::AerosolOptics;
 use super::error::TableError;
 use super::library::{Artefact, TableLibrary};
-use crate::atmosphere::wavelength::aerosol_depth;
-use crate::atmosphere::{Aerosol, Air, Boundary, Medium, Moments, Quality, Resolution, SlantColumns};
+use crate::atmosphere::{Air, Boundary, Medium, Moments, Quality, Resolution, SlantColumns};
+use crate::scene::AirColumn;
 use crate::scene::quantity::Quantity as _;
-use crate::scene::{AerosolColumn, AirColumn};
 use crate::spectrum::WAVELENGTHS_NM;
 use sha2::{Digest as _, Sha256};
 use std::fmt::Write as _;
@@ -21,10 +21,12 @@ pub struct AirTables {
 }
 
 /// What the tables of an atmosphere depend on.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone)]
 pub struct AirMix {
     /// The air.
     pub column: AirColumn,
+    /// Its aerosol at the four wavelengths.
+    pub aerosol: AerosolOptics,
     /// Albedo of the ground at the four wavelengths, in the mean over the domain.
     pub ground_albedo: [f64; 4],
     /// How finely it is solved.
@@ -34,18 +36,15 @@ pub struct AirMix {
 impl AirMix {
     /// Air over a ground of a mean albedo in red, green and blue. Its wavelengths lie at 640, 580, 525 and 445 nm: the
     /// second between red and green.
-    pub fn new(column: AirColumn, [r, g, b]: [f64; 3], tolerance: f64) -> Self {
+    pub fn new(column: AirColumn, aerosol: AerosolOptics, [r, g, b]: [f64; 3], tolerance: f64) -> Self {
         let quality = Quality::plan(column.aerosol.optical_depth.get(), tolerance);
-        Self { column, ground_albedo: [r, 0.5 * (r + g), g, b], quality }
+        Self { column, aerosol, ground_albedo: [r, 0.5 * (r + g), g, b], quality }
     }
 
     /// The air at a wavelength.
     pub(super) fn medium(&self, wave: usize) -> Medium {
-        let wavelength_nm = WAVELENGTHS_NM[wave];
-        let AerosolColumn { optical_depth, angstrom, asymmetry, albedo, scale_height_m } = self.column.aerosol;
-        let depth = aerosol_depth(optical_depth.get(), angstrom.get(), wavelength_nm);
-        let aerosol = Aerosol::henyey_greenstein(depth, scale_height_m.get(), albedo.get(), asymmetry.get());
-        Medium::new(wavelength_nm, self.column.rayleigh.get(), self.column.ozone_du.get(), aerosol)
+        let aerosol = self.aerosol.waves[wave].clone();
+        Medium::new(WAVELENGTHS_NM[wave], self.column.rayleigh.get(), self.column.ozone_du.get(), aerosol)
     }
 
     /// The air of the four wavelengths above boundaries of one height.
@@ -87,18 +86,13 @@ impl Artefact for AirMix {
     type Value = AirTables;
 
     fn key(&self) -> String {
-        let AerosolColumn { optical_depth, angstrom, asymmetry, albedo, scale_height_m } = self.column.aerosol;
-        let air = [
-            optical_depth.get(),
-            angstrom.get(),
-            asymmetry.get(),
-            albedo.get(),
-            scale_height_m.get(),
-            self.column.ozone_du.get(),
-            self.column.rayleigh.get(),
-        ];
+        let air = [self.column.aerosol.scale_height_m.get(), self.column.ozone_du.get(), self.column.rayleigh.get()];
+        let particles = self.aerosol.waves.iter().flat_map(|aerosol| [aerosol.depth, aerosol.albedo]);
+        let particles: Vec<f64> = particles.collect();
         let mut hash = Sha256::new();
-        for number in air.iter().chain(&self.ground_albedo) {
+        hash.update(self.aerosol.key.as_bytes());
+        hash.update([0]);
+        for number in air.iter().chain(&particles).chain(&self.ground_albedo) {
             hash.update(number.to_bits().to_le_bytes());
         }
         // Tables that other rules of resolution made are others.
