@@ -10,7 +10,7 @@
 use crate::atmosphere::{Band, End, Layout, SunSky};
 use crate::gpu::HostMap;
 use crate::scene_air::{CoverMoment, SceneAir, UnderCover, sky};
-use crate::spectrum::{TO_REC709, rec709};
+use crate::spectrum::Spectrum;
 
 use rayon::prelude::*;
 use std::f64::consts::PI;
@@ -46,7 +46,8 @@ impl AirMap {
     pub(crate) fn vacuum(light: [f64; 3], horizon: f64) -> Self {
         let texel = |[r, g, b]: [f64; 3]| [r, g, b, 0.0];
         let bands = [light, [0.0; 3], [1.0; 3]].map(|value| vec![texel(value); 4]);
-        Self { map: map(2, bands, &[[0.0; 4]; AEROSOL_ROWS]), horizon }
+        let map = map(2, bands, &[[0.0; 4]; AEROSOL_ROWS], Spectrum::Visible);
+        Self { map, horizon }
     }
 
     /// Air from an eye at a height to where the rays of one side of the horizon end, in kcd/m². `cover` is the light of the
@@ -77,14 +78,15 @@ impl AirMap {
         let four = |value: &dyn Fn(&Band) -> f64| [0, 1, 2, 3].map(|wave| value(band(wave)));
         let texel = |[r, g, b]: [f64; 3]| [r, g, b, 0.0];
         // Of light as white as the sun's.
-        let white = rec709([1.0; 4]);
+        let spectrum = air.clear.spectrum;
+        let white = spectrum.colour([1.0; 4]);
         let through = |i: usize| {
-            let through = rec709(four(&|band| band.transmittance[i / COLUMNS]));
+            let through = spectrum.colour(four(&|band| band.transmittance[i / COLUMNS]));
             std::array::from_fn(|c| (through[c] / white[c]).clamp(0.0, 1.0))
         };
         let texels = 0..(above + below) * COLUMNS;
         let bands = [
-            texels.clone().map(|i| texel(rec709(four(&|band| nearness * band.sky[i])))).collect(),
+            texels.clone().map(|i| texel(spectrum.colour(four(&|band| nearness * band.sky[i])))).collect(),
             texels.clone().map(|i| four(&|band| nearness * band.aureole[i])).collect(),
             texels.map(|i| texel(through(i))).collect(),
         ];
@@ -93,14 +95,15 @@ impl AirMap {
             std::array::from_fn(|wave| (waves[wave].phase(angle.cos()) / (4.0 * PI)).max(DARK).ln())
         };
         let phases: Vec<[f64; 4]> = (0..AEROSOL_ROWS).into_par_iter().map(phase).collect();
-        Self { map: map(COLUMNS, bands, &phases), horizon: waves[0].horizon_deg.to_radians() }
+        Self { map: map(COLUMNS, bands, &phases, spectrum), horizon: waves[0].horizon_deg.to_radians() }
     }
 }
 
 /// Lays out a map. A row between the bands and what is below them repeats the last one: samples of that do not blend with others.
-fn map(columns: usize, bands: [Vec<[f64; 4]>; 3], phases: &[[f64; 4]]) -> HostMap {
+fn map(columns: usize, bands: [Vec<[f64; 4]>; 3], phases: &[[f64; 4]], spectrum: Spectrum) -> HostMap {
     let guard = bands[2][bands[2].len() - columns..].to_vec();
-    let rest = phases.iter().chain(&TO_REC709).flat_map(|row| vec![*row; columns]);
+    let matrix = spectrum.matrix();
+    let rest = phases.iter().chain(&matrix).flat_map(|row| vec![*row; columns]);
     let texels: Vec<[f64; 4]> = bands.into_iter().flatten().chain(guard).chain(rest).collect();
     let height = (texels.len() / columns) as u32;
     let data = texels.into_iter().flatten().map(|value| value as f32).collect();

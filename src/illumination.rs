@@ -5,7 +5,7 @@ use crate::disc::Disc;
 use crate::scene::quantity::Quantity as _;
 use crate::scene::{Atmosphere, Scene, SunStand, direction};
 use crate::scene_air::{AirBelow, CoverMoment, SceneAir};
-use crate::spectrum::rec709;
+use crate::spectrum::Spectrum;
 use crate::sun::{self, Place, SunError, SunPosition, Utc};
 use crate::tables::AirTables;
 use std::f64::consts::PI;
@@ -34,6 +34,11 @@ impl Illumination {
     /// The light of a scene at a time, s since its start; `air` is that of its atmosphere, if it has air.
     pub fn new(scene: &Scene, air: Option<&SceneAir>, time_s: f64) -> Self {
         let (towards_sun, nearness) = sun(scene, time_s);
+        // Light of one wavelength is counted in the sun's own above the air.
+        let nearness = match air {
+            Some(air) if air.clear.spectrum != Spectrum::Visible => 1.0,
+            _ => nearness,
+        };
         let sun_diameter = scene.sun.angular_diameter_deg.get().to_radians();
         let day = if towards_sun[2] > 0.0 { 1.0 } else { 0.0 };
         let light = match (&scene.atmosphere, air) {
@@ -85,12 +90,15 @@ impl Illumination {
         let through = |level: usize| {
             let elevation = Disc::level(towards[2].asin(), self.sun_diameter, level);
             let cosine = elevation.sin().max(horizon + 1e-9);
-            rec709(tables.waves.each_ref().map(|wave| wave.air.whole_depth().transmittance(height_m, cosine)))
+            let waves = tables.waves.each_ref();
+            tables
+                .spectrum
+                .colour(waves.map(|wave| wave.air.whole_depth().transmittance(height_m, cosine)))
                 .map(|value| value.max(0.0))
         };
         Disc {
             towards,
-            beam: rec709(beam).map(|value| self.nearness * value.max(0.0)),
+            beam: tables.spectrum.colour(beam).map(|value| self.nearness * value.max(0.0)),
             beam_sets: true,
             through: std::array::from_fn(through),
             ..disc
@@ -131,7 +139,7 @@ impl AirLight {
     /// The sun's beam on a plane facing it in klx, and the mean radiance of the sky in kcd/m². A colour beyond Rec.709, as
     /// that of the last light of a setting sun, comes to lie on its edge.
     fn new(air: &SceneAir, sun_cosine: f64, nearness: f64) -> Self {
-        let colour = |waves: [f64; 4]| rec709(waves).map(|value| nearness * value.max(0.0));
+        let colour = |waves: [f64; 4]| air.clear.spectrum.colour(waves).map(|value| nearness * value.max(0.0));
         let beam = |waves: &[Moments; 4], height_m: f64| {
             colour(waves.each_ref().map(|wave| wave.air.disc_transmittance(height_m, sun_cosine)))
         };

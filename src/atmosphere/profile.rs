@@ -113,7 +113,7 @@ fn at_sea_level(scale_height_m: f64) -> f64 {
 }
 
 impl Medium {
-    /// The air at a wavelength (380..=780 nm): `rayleigh` times the standard column of molecules, an ozone column in
+    /// The air at a wavelength (300..=1000 nm): `rayleigh` times the standard column of molecules, an ozone column in
     /// Dobson units, and aerosol.
     #[must_use]
     pub fn new(wavelength_nm: f64, rayleigh: f64, ozone_dobson: f64, aerosol: Aerosol) -> Self {
