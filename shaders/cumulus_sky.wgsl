@@ -52,7 +52,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         return;
     }
     let alpha = cumulus_alpha(seen.depth);
-    let way = air_light(air, clamped, direction, cumulus.sun, view.horizon, !rising, view.asymmetry);
+    let way = air_light(air, clamped, direction, cumulus.sun, view.horizon, !rising);
     let left = 1.0 - before.a;
     let light = before.rgb + left * (seen.radiance * way.through + alpha * way.light);
     output[at] = light.r;

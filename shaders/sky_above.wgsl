@@ -16,7 +16,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     let texel = pixel.y * view.size.x + pixel.x;
     let direction = sphere_direction(view, vec2<f32>(pixel + vec2<u32>(0u, view.first_row)) + 0.5);
     let left = select(0.0, 1.0 - clouds[4u * texel + 3u], dot(direction, direction) > 0.0);
-    let light = air_light(air, clamped, direction, backdrop.sun, backdrop.horizon, false, backdrop.asymmetry).light;
+    let light = air_light(air, clamped, direction, backdrop.sun, backdrop.horizon, false).light;
     for (var i = 0u; i < 3u; i++) {
         output[3u * texel + i] = clouds[4u * texel + i] + left * light[i];
     }

@@ -2,20 +2,29 @@
 //!
 //! A map has a band of rows, from the horizon to straight up or down (their distance from the horizon grows as the square),
 //! and columns from the sun's azimuth to the opposite one. Three such bands lie one below the other: light of the air but for what
-//! aerosol scattered once, the factor of the aerosol's phase function, and transmittance; red, green and blue.
+//! aerosol scattered once (red, green, blue), the factors of the aerosol's phase function (of the four wavelengths), and
+//! transmittance (red, green, blue). Below them is the logarithm of the phase function at the four wavelengths, over 4 pi: a row
+//! for an angle from the sun, which grows as the square, the same in all columns. The last rows are those of the matrix that makes
+//! colours of the four wavelengths.
 
 use crate::atmosphere::{Band, End, Layout, SunSky};
 use crate::gpu::HostMap;
 use crate::scene_air::{CoverMoment, SceneAir, UnderCover, sky};
-use crate::spectrum::rec709;
+use crate::spectrum::Spectrum;
 
 use rayon::prelude::*;
+use std::f64::consts::PI;
 
 /// Azimuths of a map, and steps along a ray: [`SunSky`] tells what they err.
 const COLUMNS: usize = 32;
 const STEPS: usize = 32;
 /// Rows above the horizon and below it, where less changes.
 const ROWS: [usize; 2] = [64, 32];
+
+/// Rows of the phase function: its peak is a hundredth of a degree wide in them or more.
+const AEROSOL_ROWS: usize = 256;
+/// Less than this is no light.
+const DARK: f64 = 1e-30;
 
 /// Which side of the horizon a map shows.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -35,9 +44,10 @@ pub(crate) struct AirMap {
 impl AirMap {
     /// Without air: the same light from everywhere, nothing taken away. `horizon` in radians.
     pub(crate) fn vacuum(light: [f64; 3], horizon: f64) -> Self {
-        let band = |[r, g, b]: [f64; 3]| [r as f32, g as f32, b as f32, 0.0].repeat(4);
-        let data = [band(light), band([0.0; 3]), band([1.0; 3])].concat();
-        Self { map: HostMap { width: 2, height: 6, channels: 4, data }, horizon }
+        let texel = |[r, g, b]: [f64; 3]| [r, g, b, 0.0];
+        let bands = [light, [0.0; 3], [1.0; 3]].map(|value| vec![texel(value); 4]);
+        let map = map(2, bands, &[[0.0; 4]; AEROSOL_ROWS], Spectrum::Visible);
+        Self { map, horizon }
     }
 
     /// Air from an eye at a height to where the rays of one side of the horizon end, in kcd/m². `cover` is the light of the
@@ -65,20 +75,37 @@ impl AirMap {
             Half::Above => &waves[wave].above,
             Half::Below => &waves[wave].below,
         };
-        let colour = |value: &dyn Fn(&Band) -> f64| rec709([0, 1, 2, 3].map(|wave| value(band(wave))));
+        let four = |value: &dyn Fn(&Band) -> f64| [0, 1, 2, 3].map(|wave| value(band(wave)));
+        let texel = |[r, g, b]: [f64; 3]| [r, g, b, 0.0];
         // Of light as white as the sun's.
-        let white = rec709([1.0; 4]);
-        let rows = above + below;
-        let mut data = Vec::with_capacity(4 * 3 * rows * COLUMNS);
-        let texels = rows * COLUMNS;
-        let mut add = |[r, g, b]: [f64; 3]| data.extend([r as f32, g as f32, b as f32, 0.0]);
-        (0..texels).for_each(|i| add(colour(&|band| nearness * band.sky[i])));
-        (0..texels).for_each(|i| add(colour(&|band| nearness * band.aureole[i])));
-        for i in 0..texels {
-            let through = colour(&|band| band.transmittance[i / COLUMNS]);
-            add(std::array::from_fn(|c| (through[c] / white[c]).clamp(0.0, 1.0)));
-        }
-        let map = HostMap { width: COLUMNS as u32, height: 3 * rows as u32, channels: 4, data };
-        Self { map, horizon: waves[0].horizon_deg.to_radians() }
+        let spectrum = air.clear.spectrum;
+        let white = spectrum.colour([1.0; 4]);
+        let through = |i: usize| {
+            let through = spectrum.colour(four(&|band| band.transmittance[i / COLUMNS]));
+            std::array::from_fn(|c| (through[c] / white[c]).clamp(0.0, 1.0))
+        };
+        let texels = 0..(above + below) * COLUMNS;
+        let bands = [
+            texels.clone().map(|i| texel(spectrum.colour(four(&|band| nearness * band.sky[i])))).collect(),
+            texels.clone().map(|i| four(&|band| nearness * band.aureole[i])).collect(),
+            texels.map(|i| texel(through(i))).collect(),
+        ];
+        let phase = |row: usize| {
+            let angle = PI * (row as f64 / (AEROSOL_ROWS - 1) as f64).powi(2);
+            std::array::from_fn(|wave| (waves[wave].phase(angle.cos()) / (4.0 * PI)).max(DARK).ln())
+        };
+        let phases: Vec<[f64; 4]> = (0..AEROSOL_ROWS).into_par_iter().map(phase).collect();
+        Self { map: map(COLUMNS, bands, &phases, spectrum), horizon: waves[0].horizon_deg.to_radians() }
     }
+}
+
+/// Lays out a map. A row between the bands and what is below them repeats the last one: samples of that do not blend with others.
+fn map(columns: usize, bands: [Vec<[f64; 4]>; 3], phases: &[[f64; 4]], spectrum: Spectrum) -> HostMap {
+    let guard = bands[2][bands[2].len() - columns..].to_vec();
+    let matrix = spectrum.matrix();
+    let rest = phases.iter().chain(&matrix).flat_map(|row| vec![*row; columns]);
+    let texels: Vec<[f64; 4]> = bands.into_iter().flatten().chain(guard).chain(rest).collect();
+    let height = (texels.len() / columns) as u32;
+    let data = texels.into_iter().flatten().map(|value| value as f32).collect();
+    HostMap { width: columns as u32, height, channels: 4, data }
 }

@@ -23,6 +23,7 @@ pub mod march;
 pub mod methods;
 pub mod moments;
 pub mod path;
+pub mod peak;
 pub mod profile;
 pub mod quality;
 pub mod row;

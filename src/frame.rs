@@ -171,12 +171,12 @@ pub(crate) fn sky_view(sphere: &Sphere, detail: SkyDetail, size: [u32; 2]) -> Sk
 }
 
 /// What lies behind the clouds of a moment, for an eye that sees the horizon at an elevation (radians).
-pub(crate) fn backdrop(moment: &Moment, horizon: f64, asymmetry: f64) -> Backdrop {
+pub(crate) fn backdrop(moment: &Moment, horizon: f64) -> Backdrop {
     Backdrop {
         sun: single(moment.illumination.towards_sun),
         horizon: horizon as f32,
         extent_m: moment.extent_m as f32,
-        asymmetry: asymmetry as f32,
-        spare: [0; 2],
+        spare: 0,
+        spare_2: [0; 2],
     }
 }

@@ -5,7 +5,7 @@ use crate::disc::Disc;
 use crate::scene::quantity::Quantity as _;
 use crate::scene::{Atmosphere, Scene, SunStand, direction};
 use crate::scene_air::{AirBelow, CoverMoment, SceneAir};
-use crate::spectrum::rec709;
+use crate::spectrum::Spectrum;
 use crate::sun::{self, Place, SunError, SunPosition, Utc};
 use crate::tables::AirTables;
 use std::f64::consts::PI;
@@ -34,6 +34,11 @@ impl Illumination {
     /// The light of a scene at a time, s since its start; `air` is that of its atmosphere, if it has air.
     pub fn new(scene: &Scene, air: Option<&SceneAir>, time_s: f64) -> Self {
         let (towards_sun, nearness) = sun(scene, time_s);
+        // Light of one wavelength is counted in the sun's own above the air.
+        let nearness = match air {
+            Some(air) if air.clear.spectrum != Spectrum::Visible => 1.0,
+            _ => nearness,
+        };
         let sun_diameter = scene.sun.angular_diameter_deg.get().to_radians();
         let day = if towards_sun[2] > 0.0 { 1.0 } else { 0.0 };
         let light = match (&scene.atmosphere, air) {
@@ -81,16 +86,19 @@ impl Illumination {
         };
         let towards = lifted(self.towards_sun, sun::Air::at_altitude(altitude_m + eye_m));
         let height_m = geometry::inside(eye_m, 0.0);
-        let beam = tables.waves.each_ref().map(|wave| wave.air.disc_transmittance(height_m, self.towards_sun[2]));
+        let beam = tables.waves.each_ref().map(|wave| wave.air.disc_unscattered(height_m, self.towards_sun[2]));
         let through = |level: usize| {
             let elevation = Disc::level(towards[2].asin(), self.sun_diameter, level);
             let cosine = elevation.sin().max(horizon + 1e-9);
-            rec709(tables.waves.each_ref().map(|wave| wave.air.depth.transmittance(height_m, cosine)))
+            let waves = tables.waves.each_ref();
+            tables
+                .spectrum
+                .colour(waves.map(|wave| wave.air.whole_depth().transmittance(height_m, cosine)))
                 .map(|value| value.max(0.0))
         };
         Disc {
             towards,
-            beam: rec709(beam).map(|value| self.nearness * value.max(0.0)),
+            beam: tables.spectrum.colour(beam).map(|value| self.nearness * value.max(0.0)),
             beam_sets: true,
             through: std::array::from_fn(through),
             ..disc
@@ -102,7 +110,7 @@ impl Illumination {
         let Some(air) = air.filter(|_| self.is_day()) else { return self.beam };
         let waves = air.clear.waves.each_ref();
         let beam = waves.map(|wave| wave.air.disc_transmittance(height_m, self.towards_sun[2]));
-        rec709(beam).map(|value| self.nearness * value.max(0.0))
+        air.clear.spectrum.colour(beam).map(|value| self.nearness * value.max(0.0))
     }
 
     /// Cosine of the sun's zenith angle, at least 0.
@@ -139,14 +147,20 @@ impl AirLight {
     /// The sun's beam on a plane facing it in klx, and the mean radiance of the sky in kcd/m². A colour beyond Rec.709, as
     /// that of the last light of a setting sun, comes to lie on its edge.
     fn new(air: &SceneAir, sun_cosine: f64, nearness: f64) -> Self {
-        let colour = |waves: [f64; 4]| rec709(waves).map(|value| nearness * value.max(0.0));
+        let colour = |waves: [f64; 4]| air.clear.spectrum.colour(waves).map(|value| nearness * value.max(0.0));
         let beam = |waves: &[Moments; 4], height_m: f64| {
             colour(waves.each_ref().map(|wave| wave.air.disc_transmittance(height_m, sun_cosine)))
         };
         let Some(covered) = &air.covered else {
             let waves = &air.clear.waves;
-            let sky = waves.each_ref().map(|wave| diffuse_fluxes(wave, 0.0, sun_cosine).down / PI);
-            return Self { beam: beam(waves, 0.0), sky: colour(sky), below: AirBelow::NONE, cover: None };
+            // What coarse particles scatter straight on is the sky's: no cloud needs it in its beam.
+            let straight = |wave: &Moments| wave.air.disc_unscattered(0.0, sun_cosine);
+            let sky = |wave: &Moments| {
+                let aureole = sun_cosine.max(0.0) * (wave.air.disc_transmittance(0.0, sun_cosine) - straight(wave));
+                (diffuse_fluxes(wave, 0.0, sun_cosine).down + aureole.max(0.0)) / PI
+            };
+            let (sky, straight) = (waves.each_ref().map(sky), waves.each_ref().map(straight));
+            return Self { beam: colour(straight), sky: colour(sky), below: AirBelow::NONE, cover: None };
         };
         let cover = CoverMoment::new(covered, sun_cosine);
         Self {

@@ -19,8 +19,10 @@ use sha2::{Digest, Sha256};
 mod channel;
 pub mod ensemble;
 mod error;
+mod key;
 pub mod mie;
 pub mod moments;
+mod particles;
 pub mod phase;
 pub mod quadrature;
 pub mod size;
@@ -32,20 +34,19 @@ pub use channel::Channel;
 pub use ensemble::Sampling;
 pub use error::OpticsError;
 use error::check;
+use key::bits;
+pub use mie::REAL_INDEX;
 pub use moments::{moments, resum};
+pub use particles::{PARTICLE_RADIUS_UM, Particles};
 pub use phase::{Cut, PhaseFunction};
 pub use quadrature::gauss_legendre;
-pub use size::SizeDistribution;
+pub use size::{BROADNESS, SizeDistribution};
 pub use table::{Doubt, PhaseTable, TABLE_POINTS, TableFault};
 
 /// Wavelengths of the channels red, green, blue, nm.
 pub const WAVELENGTHS_NM: [f64; 3] = [650.0, 550.0, 450.0];
 /// Effective radii accepted, µm.
 pub const EFFECTIVE_RADIUS_UM: RangeInclusive<f64> = 0.5..=50.0;
-/// Broadness parameters of the sizes accepted.
-pub const BROADNESS: RangeInclusive<f64> = 0.5..=20.0;
-/// Real parts of the refractive index accepted.
-pub const REAL_INDEX: RangeInclusive<f64> = 1.01..=2.0;
 
 /// Moments kept for phase functions that are given outright: 0.99^l is 2e-9 there.
 const GIVEN_MOMENTS: usize = 2000;
@@ -136,11 +137,6 @@ impl PartialEq for Mix {
 
 impl Eq for Mix {}
 
-/// Exact text of a number; both zeros give the same.
-fn bits(value: f64) -> String {
-    format!("{:016x}", (value + 0.0).to_bits())
-}
-
 /// Optics of a mix in red, green, blue with the usual sampling; seconds for droplets, more for
 /// larger ones.
 ///
@@ -174,12 +170,12 @@ pub fn channels_sampled(
                 let mean = ensemble::ensemble(
                     &sizes,
                     WAVELENGTHS_NM[c],
-                    refractive_index.map(|index| index[c]),
+                    &|nm| water::index(nm, refractive_index.map(|index| index[c])),
                     sampling,
                     &|part| progress((c as f64 + part) / 3.0),
                 )?;
-                let count = moment_count(&sizes, WAVELENGTHS_NM[c]);
-                Ok(finish(mean.cross_section_um2, mean.albedo, mean.phase, count))
+                let count = sizes.moment_count(WAVELENGTHS_NM[c]);
+                Ok(Channel::new(mean.cross_section_um2, mean.albedo, mean.phase, count))
             };
             let all = [channel(0)?, channel(1)?, channel(2)?];
             progress(1.0);
@@ -192,25 +188,16 @@ pub fn channels_sampled(
     }
 }
 
+/// The channel of a phase function given by a table; its extinction is the caller's.
+#[must_use]
+pub fn tabulated(table: &PhaseTable, albedo: f64) -> Channel {
+    Channel::new(0.0, albedo, table.phase().clone(), GIVEN_MOMENTS)
+}
+
 /// Three equal channels of a phase function given outright.
 fn given(phase: PhaseFunction, albedo: f64, progress: &(dyn Fn(f64) + Sync)) -> Result<[Channel; 3], OpticsError> {
     check("albedo", albedo, &(0.0..=1.0))?;
-    let channel = finish(0.0, albedo, phase, GIVEN_MOMENTS);
+    let channel = Channel::new(0.0, albedo, phase, GIVEN_MOMENTS);
     progress(1.0);
     Ok([channel.clone(), channel.clone(), channel])
-}
-
-/// A channel with its moments.
-fn finish(cross_section_um2: f64, albedo: f64, phase: PhaseFunction, count: usize) -> Channel {
-    let moments = moments(&phase, count);
-    Channel { cross_section_um2, albedo, asymmetry: moments[1], phase, moments }
-}
-
-/// Moments after which nothing is left of a droplet mix's phase function. The intensity scattered
-/// by a sphere of size x has no moments beyond 2x: twice the size parameter beyond which next to no
-/// area lies.
-fn moment_count(sizes: &SizeDistribution, wavelength_nm: f64) -> usize {
-    let largest = sizes.sampler().largest_um();
-    let size = std::f64::consts::TAU * largest / (wavelength_nm * 1e-3);
-    ((2.0 * size).ceil() as usize + 16).clamp(256, 8192)
 }

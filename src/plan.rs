@@ -9,6 +9,7 @@ use crate::method::{Method, Reference, SlabMethod, Transport};
 use crate::request::Request;
 use crate::scene::quantity::Quantity as _;
 use crate::scene::{GroundAlbedo, Layer, Scene, Thickness};
+use crate::spectrum::Spectrum;
 use crate::tables::Detail;
 
 /// Part of the tolerance that the exchange between cloud and ground may leave.
@@ -101,6 +102,8 @@ pub struct Plan {
     pub exchange_change: f64,
     /// Rays and levels of a sky.
     pub sky: SkyDetail,
+    /// What light is made of.
+    pub spectrum: Spectrum,
 }
 
 /// The error expected of a whole plan: its stages err independently.
@@ -148,6 +151,7 @@ impl Plan {
             texels_per_height: if tolerance >= COARSE_GRID { 2.0 } else { 4.0 },
             exchange_change: EXCHANGE_SHARE * tolerance,
             sky: SKY_DETAIL.iter().find(|(_, least)| tolerance >= *least).map_or(FINEST_SKY, |(detail, _)| *detail),
+            spectrum: request.wanted.spectrum().unwrap_or(Spectrum::Visible),
         }
     }
 

@@ -127,7 +127,11 @@ impl Renderer {
             (run.texels, plane_m, deepest_m + rise_m as f32)
         };
         let Texels { mut data, mut standard_error } = texels;
-        let channels = request.texture().channels();
+        if let Some(parts) = job.plan().spectrum.parts() {
+            data = one_channel(&data, parts);
+            standard_error = standard_error.map(|errors| one_channel(&errors, parts));
+        }
+        let channels = request.wanted.channels();
         request.output.finish(width, channels, &mut data, standard_error.as_deref_mut())?;
         self.pipeline.gpu.check()?;
         let white = white(request, illumination, &data, deepest_m.into()) as f32;
@@ -150,6 +154,12 @@ impl Renderer {
     }
 }
 
+/// Light of one wavelength from three channels, of which each has a part.
+fn one_channel(data: &[f32], parts: [f64; 3]) -> Vec<f32> {
+    let sum = |texel: &[f32]| texel.iter().zip(parts).map(|(value, part)| f64::from(*value) * part).sum::<f64>() as f32;
+    data.chunks_exact(3).map(sum).collect()
+}
+
 /// The value that a picture of a texture shows as white at exposure 0. `data` is finished.
 fn white(request: &Request, light: &Illumination, data: &[f32], deepest_m: f64) -> f64 {
     let kind = request.texture();
@@ -157,7 +167,7 @@ fn white(request: &Request, light: &Illumination, data: &[f32], deepest_m: f64) 
     match request.output {
         Output::Png(Picture::Display { exposure: Exposure::Ev100(ev100), .. }) => kind.white_of_camera(ev100),
         Output::Png(Picture::Display { exposure: Exposure::Auto, .. }) => {
-            metered_white(kind.channels().len(), data).unwrap_or_else(scene)
+            metered_white(request.wanted.channels().len(), data).unwrap_or_else(scene)
         }
         _ => scene(),
     }

@@ -4,6 +4,7 @@
 //! ([`Scene::to_json`]) and is named by a hash of that text ([`Scene::id`]). Axes and units: metres, seconds, degrees;
 //! east = +x, north = +y, up = +z; azimuths clockwise from north; zenith angles from straight up.
 
+mod aerosol;
 mod air;
 mod cumulus;
 mod encoding;
@@ -12,13 +13,15 @@ mod images;
 mod json;
 mod model;
 mod parse;
+mod phase;
 pub mod quantity;
 mod read;
 mod spelling;
 mod sun;
 mod write;
 
-pub use air::{AerosolColumn, AirColumn, Atmosphere, Light};
+pub use aerosol::{AerosolColumn, Scatterers};
+pub use air::{AirColumn, Atmosphere, Light};
 pub use cumulus::{Cumulus, CumulusShape};
 pub use fields::{Allowed, Field, GROUPS, Group};
 pub use images::ImageFindings;

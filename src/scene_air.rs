@@ -8,24 +8,38 @@ use crate::image::{Image, MissingImage};
 use crate::plan::Plan;
 use crate::scene::quantity::Quantity as _;
 use crate::scene::{Atmosphere, Scene};
-use crate::spectrum::rec709;
-use crate::tables::{AirMix, AirTables, CoverLayer, CoveredMix, CoveredTables, MixTables};
+use crate::spectrum::Spectrum;
+use crate::tables::{AirMix, AirTables, CoverLayer, CoveredMix, CoveredTables, MixTables, TableError, TableLibrary};
 use std::collections::HashMap;
 use std::f64::consts::PI;
 use std::sync::Arc;
 
-/// The air of a scene, if it has any, as its tables depend on it. `images` are those that the scene names.
+/// Why the air of a scene is not known.
+#[derive(Debug, thiserror::Error)]
+pub enum AirError {
+    /// The image of the ground's albedo is missing.
+    #[error(transparent)]
+    Image(#[from] MissingImage),
+    /// The aerosol has no optics.
+    #[error(transparent)]
+    Aerosol(#[from] TableError),
+}
+
+/// The air of a scene, if it has any, as its tables depend on it. `images` are those that the scene names. Waits for the optics
+/// of its aerosol, which come from the library.
 ///
 /// # Errors
-/// The image of the ground's albedo is not among them.
+/// The image of the ground's albedo is not among them, or its aerosol has no optics.
 pub fn air_mix(
     scene: &Scene,
     images: &HashMap<String, Arc<Image>>,
     plan: &Plan,
-) -> Result<Option<AirMix>, MissingImage> {
+    library: &TableLibrary,
+) -> Result<Option<AirMix>, AirError> {
     let Atmosphere::Air(column) = &scene.atmosphere else { return Ok(None) };
     let ground = GroundMap::new(&scene.ground.albedo, images)?.mean();
-    Ok(Some(AirMix::new(*column, ground, plan.tolerance)))
+    let aerosol = library.aerosol(&column.aerosol, plan.spectrum.wavelengths_nm(), &|_| ())?;
+    Ok(Some(AirMix::new(plan.spectrum, column.clone(), aerosol, ground, plan.tolerance)))
 }
 
 /// The air of a scene with its clouds in it, if it has both, as the tables of that depend on them. `air` is that of
@@ -91,25 +105,35 @@ impl CoverMoment {
 
     /// What the air makes of an irradiance: as much of it passes as of even light, if the rest is what the air adds of its own
     /// scattered beam. Under closed cloud in haze less may be left.
-    fn change(&self, clearness: [f64; 4], nearness: f64, irradiance: impl Fn(&CoverLight) -> f64) -> AirChange {
+    fn change(&self, light: &Changed, irradiance: impl Fn(&CoverLight) -> f64) -> AirChange {
+        let Changed { spectrum, clearness, nearness } = *light;
         let (with, without) = (self.with.each_ref().map(&irradiance), self.without.each_ref().map(&irradiance));
         let passing = |wave: usize| (clearness[wave] * without[wave]).min(with[wave]);
         let passed: [f64; 4] = std::array::from_fn(passing);
-        let added = rec709(std::array::from_fn(|wave| with[wave] - passed[wave]));
-        AirChange { factor: relative(passed, without), added: added.map(|value| nearness * value.max(0.0)) }
+        let added = spectrum.colour(std::array::from_fn(|wave| with[wave] - passed[wave]));
+        AirChange { factor: relative(spectrum, passed, without), added: added.map(|value| nearness * value.max(0.0)) }
     }
 
     /// What the air within a layer leaves of light that comes through it, in the mean. `reflectance` is the layer's for even
     /// light: what it sends back from below did not come through.
-    fn within(&self, base_m: f64, reflectance: [f64; 4]) -> [f64; 3] {
+    fn within(&self, spectrum: Spectrum, base_m: f64, reflectance: [f64; 4]) -> [f64; 3] {
         let through = |lights: &[CoverLight; 4]| {
             std::array::from_fn(|wave| {
                 let base = lights[wave].at(base_m);
                 (base.down - reflectance[wave] * base.up).max(0.0)
             })
         };
-        relative(through(&self.with), through(&self.without))
+        relative(spectrum, through(&self.with), through(&self.without))
     }
+}
+
+/// What light is changed by air.
+struct Changed {
+    spectrum: Spectrum,
+    /// Transmittance of the air for even light.
+    clearness: [f64; 4],
+    /// The sun's irradiance relative to that at its mean distance.
+    nearness: f64,
 }
 
 /// What air makes of light as it is without air: a part of it, and more. Red, green, blue.
@@ -136,13 +160,13 @@ impl AirChange {
 const DARK: f64 = 1e-30;
 
 /// Ratio of two lights in red, green and blue, between the least and the greatest ratio of a wavelength; 1 in the dark.
-fn relative(with: [f64; 4], without: [f64; 4]) -> [f64; 3] {
+fn relative(spectrum: Spectrum, with: [f64; 4], without: [f64; 4]) -> [f64; 3] {
     let ratios: [f64; 4] =
         std::array::from_fn(|wave| if without[wave] > DARK { with[wave] / without[wave] } else { 1.0 });
     let (least, greatest) = ratios.iter().fold((f64::MAX, 0.0_f64), |(a, b), &ratio| (a.min(ratio), b.max(ratio)));
     // Colours beyond Rec.709, as of the last light of a setting sun, have parts below 0: then the nearest wavelength counts.
     let near = [ratios[0], ratios[1], ratios[3]];
-    let (with, without) = (rec709(with), rec709(without));
+    let (with, without) = (spectrum.colour(with), spectrum.colour(without));
     std::array::from_fn(|c| {
         let ratio = if with[c] > 0.0 && without[c] > DARK { with[c] / without[c] } else { near[c] };
         ratio.clamp(least, greatest)
@@ -176,12 +200,15 @@ impl AirBelow {
     /// Of the sun the cosine of its zenith, and its irradiance relative to that at its mean distance.
     pub fn new(air: &SceneAir, tables: &CoveredTables, moment: &CoverMoment, [sun_cosine, nearness]: [f64; 2]) -> Self {
         let mut below = Self::NONE;
-        let change = |irradiance: &dyn Fn(&CoverLight) -> f64| moment.change(tables.clearness, nearness, irradiance);
+        let spectrum = air.clear.spectrum;
+        let light = Changed { spectrum, clearness: tables.clearness, nearness };
+        let change = |irradiance: &dyn Fn(&CoverLight) -> f64| moment.change(&light, irradiance);
         // Along the sphere: a level layer of air lets nothing through from the horizon.
         let beam = |waves: &[Moments; 4], height_m: f64| {
             waves.each_ref().map(|wave| wave.air.disc_transmittance(height_m, sun_cosine))
         };
-        below.ground_beam = relative(beam(&air.clear.waves, 0.0), beam(&tables.waves, tables.covers[0].top_m()));
+        below.ground_beam =
+            relative(spectrum, beam(&air.clear.waves, 0.0), beam(&tables.waves, tables.covers[0].top_m()));
         below.ground_diffuse = change(&|light| light.ground.down);
         for (changes, [base_m, top_m]) in below.layers.iter_mut().zip(&tables.heights_m) {
             *changes = [change(&|light| light.at(*base_m).up), change(&|light| light.at(*top_m).down)];
@@ -189,7 +216,7 @@ impl AirBelow {
         let layers = tables.heights_m.iter().zip(&tables.reflectances);
         for (within, ([base_m, _], reflectance)) in below.within.iter_mut().zip(layers) {
             // The mean over a broken cover has the light of the gaps in it, whose air is not the clouds'.
-            let mean = moment.within(*base_m, *reflectance);
+            let mean = moment.within(spectrum, *base_m, *reflectance);
             *within = mean.map(|factor| 1.0 + tables.part * (factor - 1.0));
         }
         below

@@ -5,10 +5,12 @@
 //! least squares over beams of 1 to 30 air masses and skies ([`fit`]), each relative to its largest channel.
 
 mod fit;
+mod light;
 mod matrix;
 mod samples;
 mod spectra;
 
 pub use fit::{Fit, Misfit, fit, misfit};
+pub use light::Spectrum;
 pub use matrix::{LUMINANCE, TO_REC709, WAVELENGTHS_NM, luminance, rec709};
 pub use spectra::bare_sun;

@@ -1,6 +1,7 @@
 //! What takes long to make and stays the same for ever, such as the tables of a droplet mix: made once, kept in memory and
 //! in a store, shared by everyone who needs it.
 
+mod aerosol;
 mod air;
 mod covered;
 mod error;
@@ -8,6 +9,7 @@ mod file;
 mod library;
 mod mix;
 
+pub use aerosol::AerosolOptics;
 pub use air::{AirMix, AirTables};
 pub use covered::{CoverLayer, CoveredMix, CoveredTables};
 pub use error::TableError;

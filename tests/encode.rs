@@ -63,6 +63,7 @@ fn metadata() -> Metadata {
         },
         left_azimuth_deg: None,
         disc: None,
+        wavelength_nm: None,
         scene: "0123abcd".to_owned(),
         version: "0.2.0+abc".to_owned(),
         white_luminance: Some(1000.0),
@@ -155,6 +156,7 @@ fn another_reader_finds_the_attributes() {
         projection: Some("plane".to_owned()),
         left_azimuth_deg: Some(270.0),
         disc: Some(false),
+        wavelength_nm: Some(440.5),
         layer: Some(2),
         expected_error: Some(0.015_625),
         scale: 1000.0,
@@ -209,6 +211,7 @@ fn another_reader_finds_the_attributes() {
         ("peak", "\"true\""),
         ("projection", "\"plane\""),
         ("view", "\"above\""),
+        ("wavelength", "440.5"),
     ];
     let texts = |list: &[(&str, &str)]| list.iter().map(|&(name, value)| (name.into(), value.into())).collect();
     let mut all: BTreeMap<String, String> = texts(&always);

@@ -12,7 +12,7 @@ use skyloom::gpu::layout::{
 };
 use skyloom::gpu::shaders::{self, Shader};
 use skyloom::projection::SphereLayout;
-use skyloom::reference::{cloud_sky, path_sampled, sky, sphere};
+use skyloom::reference::{air, cloud_sky, path_sampled, sky, sphere};
 use skyloom::slab::fluxes;
 use skyloom::slab::phases as tables;
 use skyloom::slab::radiance::{aureole, table};
@@ -97,12 +97,12 @@ fn host_layouts() -> Vec<(&'static str, Layout)> {
             coarseness,
             edge,
             horizon,
-            asymmetry,
             together,
             spare_0,
             spare_1,
+            spare_2,
         }),
-        host_layout!(Backdrop { sun, horizon, extent_m, asymmetry, spare }),
+        host_layout!(Backdrop { sun, horizon, extent_m, spare, spare_2 }),
         host_layout!(Cumulus {
             sun,
             extent_m,
@@ -329,6 +329,7 @@ fn constants_of_the_sky() {
     for shader in [&shaders::SKY_ANALYTIC, &shaders::SKY_TABULATED] {
         assert_constants(shader, &[&sphere[..], &kinds, &clouds].concat());
     }
+    assert_constants(&shaders::SKY_ABOVE, &[("AEROSOL_ROWS", air::AEROSOL_ROWS)]);
     assert_constants(&shaders::SKY, &[("SKY_EDGE_RAYS", f64::from(sky::SKY_EDGE_RAYS))]);
     // A tile is a workgroup.
     for shader in [&shaders::SKY_ANALYTIC, &shaders::SKY_TABULATED, &shaders::SKY, &shaders::SKY_ABOVE] {

@@ -90,8 +90,62 @@ fn air_has_names_and_errors_name_its_fields() {
         (json!({ "ozone_du": -1 }), "/atmosphere/ozone_du"),
         (json!({ "polarisation": "yes" }), "/atmosphere/polarisation"),
         (json!({ "sun": [1, 1, 1], "ozone_du": 300 }), "/atmosphere/sun"),
+        (json!({ "aerosol": { "broadness": 3 } }), "/atmosphere/aerosol/effective_radius_um"),
+        (json!({ "aerosol": { "effective_radius_um": 30 } }), "/atmosphere/aerosol/effective_radius_um"),
+        (
+            json!({ "aerosol": { "effective_radius_um": 1, "refractive_index": [1.4] } }),
+            "/atmosphere/aerosol/refractive_index",
+        ),
+        (
+            json!({ "aerosol": { "effective_radius_um": 1, "refractive_index": [1.4, -0.1] } }),
+            "/atmosphere/aerosol/refractive_index/1",
+        ),
+        (
+            json!({ "aerosol": { "effective_radius_um": 1, "refractive_index": 2.5 } }),
+            "/atmosphere/aerosol/refractive_index",
+        ),
+        (json!({ "aerosol": { "phase_function": [[0, 1], [3, 2]] } }), "/atmosphere/aerosol/phase_function"),
     ] {
         let Err(SceneError::Invalid(errors)) = with(atmosphere.clone()) else { panic!("{atmosphere} was taken") };
         assert_eq!(errors.iter().map(|error| error.pointer.as_str()).collect::<Vec<_>>(), [pointer], "{errors:?}");
     }
+}
+
+/// One of three ways tells how particles scatter; two are refused by both names, and each keeps its numbers.
+#[test]
+fn aerosol_scatters_in_one_of_three_ways() {
+    let with =
+        |aerosol: Value| Scene::from_json(json!({ "atmosphere": { "aerosol": aerosol } }).to_string().as_bytes());
+    let table = json!([[0, 100], [10, 9], [90, 1], [180, 2]]);
+    let two = [
+        (json!({ "asymmetry": 0.7, "phase_function": table }), "asymmetry", "phase_function"),
+        (json!({ "asymmetry": 0.7, "broadness": 2 }), "asymmetry", "broadness"),
+        (json!({ "phase_function": table, "effective_radius_um": 1 }), "phase_function", "effective_radius_um"),
+    ];
+    for (aerosol, first, second) in two {
+        let Err(SceneError::Invalid(errors)) = with(aerosol.clone()) else { panic!("{aerosol} was taken") };
+        assert_eq!(errors.len(), 1);
+        assert_eq!(errors[0].pointer, format!("/atmosphere/aerosol/{first}"));
+        assert!(errors[0].detail.contains(&format!("\"{second}\"")), "{errors:?}");
+    }
+    let normal = |aerosol: Value| {
+        let scene = with(aerosol).unwrap();
+        assert_eq!(Scene::from_json(scene.to_json().to_string().as_bytes()).unwrap(), scene);
+        scene.to_json()["atmosphere"]["aerosol"].clone()
+    };
+    let spheres = normal(json!({ "effective_radius_um": 0.4 }));
+    assert_eq!(
+        spheres,
+        json!({ "optical_depth": 0.1, "scale_height_m": 1200.0, "effective_radius_um": 0.4, "broadness": 2.0,
+            "refractive_index": [1.45, 0.005] })
+    );
+    let given = normal(json!({ "effective_radius_um": 0.4, "refractive_index": 1.33, "angstrom": 1, "albedo": 0.9 }));
+    assert_eq!(given["refractive_index"], json!([1.33, 0.0]));
+    assert_eq!((&given["angstrom"], &given["albedo"]), (&json!(1.0), &json!(0.9)));
+    let tabulated = normal(json!({ "phase_function": table, "albedo": 0.8 }));
+    assert_eq!(tabulated["angstrom"], json!(1.3));
+    assert_eq!(tabulated["phase_function"][1], json!([10.0, 9.0]));
+    // Two points far apart leave open where the light goes: the scene's notes say so.
+    let notes = with(json!({ "phase_function": [[0, 1000], [40, 1], [180, 1]] })).unwrap().notes();
+    assert_eq!(notes[0].pointer, "/atmosphere/aerosol/phase_function");
 }

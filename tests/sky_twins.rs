@@ -250,6 +250,29 @@ fn skies_of_every_sun_and_method() {
     }
 }
 
+/// The air's own light, with an aureole: between its nodes the device's filter rounds, in steps of the phase function of up to
+/// a fifth.
+#[test]
+fn skies_in_air_of_coarse_particles() {
+    let aerosol = json!({"optical_depth": 0.2, "effective_radius_um": 1.5, "refractive_index": [1.5, 0.01]});
+    let hazy = Sky { atmosphere: json!({ "aerosol": aerosol }), ..Sky::hazy(60.0) };
+    for projection in [PROJECTIONS[0], &[("projection", "camera"), ("look", "150,30"), ("fov", "30"), ("size", "24")]] {
+        let query = [projection, &[("eye", EYES[0]), ("tolerance", "0.1")]].concat();
+        let stages = hazy.stages("sky", &query);
+        let sky = stages.sky.as_ref().unwrap();
+        let (ground, air) = (maps(&sky.ground), sky.air.each_ref().map(map));
+        let clouds: Vec<f64> = sky.clouds.texels.iter().copied().map(f64::from).collect();
+        let behind = reference::sky::Behind { ground: &ground, air: &air };
+        let twin = reference::sky::main(&sky.backdrop, &sky.view, &behind, &clouds, DVec2::ZERO);
+        let bounds: Vec<f64> = twin.iter().map(|value| 2e-3 * value.abs()).collect();
+        check_each("sky in air", &stages.output, &twin, &bounds);
+        // The aureole is there: its factor is that of each wavelength.
+        let rows = air[0].height - reference::air::AEROSOL_ROWS as usize - 4;
+        let aureole = air[0].texel(0, rows / 3 + 5);
+        assert!(aureole.iter().all(|factor| *factor > 0.0) && aureole[0] != aureole[3], "{aureole:?}");
+    }
+}
+
 #[test]
 fn skies_in_the_axes_of_engines() {
     for (number, axes) in [

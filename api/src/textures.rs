@@ -239,7 +239,12 @@ pub async fn tables(
 ) -> Result<(), Stopped> {
     let plan = Plan::new(request);
     let detail = plan.detail();
-    let air = air_mix(scene, images, &plan).map_err(|missing| ApiError::Internal(missing.to_string()))?;
+    let (library, scene_of_air, images_of_air) = (Arc::clone(&app.library), scene.clone(), images.clone());
+    let work = move || {
+        let air = air_mix(&scene_of_air, &images_of_air, &plan, &library);
+        air.map_err(|error| ApiError::Internal(error.to_string()))
+    };
+    let air = blocking(work).await?;
     if let Some(mix) = air.clone().filter(|mix| !app.library.air_ready(mix)) {
         let _permit = app.table_work().await?;
         let library = Arc::clone(&app.library);

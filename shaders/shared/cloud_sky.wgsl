@@ -138,7 +138,7 @@ fn sky_texel(middle: vec2<f32>, left: Left) -> Shaded {
     }
     let count = max(f32(rays), 1.0);
     let cloud = sum / count;
-    let before = air_light(air, clamped, direction, frame.sun.towards, view.horizon, view.rising == 0u, view.asymmetry);
+    let before = air_light(air, clamped, direction, frame.sun.towards, view.horizon, view.rising == 0u);
     let light = cloud.rgb * before.through + left.clear * cloud.a * before.light;
     return Shaded(light, cloud.a, held_sum / count);
 }

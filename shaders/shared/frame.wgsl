@@ -94,10 +94,10 @@ struct SkyView {
     coarseness: f32,          // mip levels beyond that whose texels are as wide as the picture's
     edge: f32,                // sine of the elevation at which the layer begins or ends for the eye
     horizon: f32,             // elevation at which the map of the air before the layer begins, radians
-    asymmetry: f32,           // of the aerosol
     together: u32,            // as in View
     spare_0: u32,
     spare_1: u32,
+    spare_2: u32,
 }
 
 // A cumulus layer at one moment: where it is, what it is made of, how it is lit.
@@ -134,8 +134,8 @@ struct Backdrop {
     sun: vec3<f32>,           // unit vector towards it
     horizon: f32,             // elevation at which the ground ends, radians
     extent_m: f32,            // side of the domain
-    asymmetry: f32,           // of the aerosol
-    spare: vec2<u32>,
+    spare: u32,
+    spare_2: vec2<u32>,
 }
 
 // A Gaussian blur along one axis of a periodic map.

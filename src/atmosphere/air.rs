@@ -6,7 +6,8 @@ use std::sync::Arc;
 
 use super::depth::{DepthTable, SlantColumns};
 use super::geometry::{TOP_M, sin_dip};
-use super::profile::{Medium, Profile};
+use super::peak::Peaked;
+use super::profile::{Medium, Phase, Profile};
 
 /// Angular radius of the sun's disc, radians (0.2666 degrees at one astronomical unit).
 const SUN_RADIUS: f64 = 0.004_653;
@@ -45,7 +46,7 @@ impl fmt::Debug for Boundary {
 /// Air above a boundary with its table of optical depth.
 #[derive(Clone, Debug)]
 pub struct Air {
-    /// What scatters and absorbs.
+    /// What scatters and absorbs, without a forward peak of the aerosol that is too sharp for tables of moments.
     pub medium: Medium,
     /// Its coefficients by height.
     pub profile: Profile,
@@ -53,6 +54,8 @@ pub struct Air {
     pub boundary: Boundary,
     /// Optical depth to the top.
     pub depth: DepthTable,
+    /// The air with the peak, if one was taken away.
+    peaked: Option<Peaked>,
 }
 
 impl Air {
@@ -66,8 +69,31 @@ impl Air {
     /// The same by amounts of air that are known already: of the aerosol's scale height and the boundary's height.
     #[must_use]
     pub fn with(columns: &SlantColumns, medium: Medium, boundary: Boundary) -> Self {
+        let (peaked, medium) = match Peaked::split(&medium, columns) {
+            Some((peaked, solved)) => (Some(peaked), solved),
+            None => (None, medium),
+        };
         let depth = DepthTable::new(&medium, columns);
-        Self { profile: medium.profile(), medium, boundary, depth }
+        Self { profile: medium.profile(), medium, boundary, depth, peaked }
+    }
+
+    /// What scatters and absorbs, all of it.
+    #[must_use]
+    pub fn whole_medium(&self) -> &Medium {
+        self.peaked.as_ref().map_or(&self.medium, |peaked| &peaked.medium)
+    }
+
+    /// Optical depth of all of that.
+    #[must_use]
+    pub fn whole_depth(&self) -> &DepthTable {
+        self.peaked.as_ref().map_or(&self.depth, |peaked| &peaked.depth)
+    }
+
+    /// The phase function with which sunlight that the aerosol scattered once is seen from a height.
+    #[must_use]
+    pub fn seen_phase(&self, height_m: f64, sun_cosine: f64) -> Phase {
+        let plain = || Arc::clone(&self.medium.aerosol.phase);
+        self.peaked.as_ref().map_or_else(plain, |peaked| peaked.seen(self, height_m, sun_cosine))
     }
 
     /// Height of the boundary, m.
@@ -82,11 +108,22 @@ impl Air {
         if sun_cosine > 0.0 { sun_cosine * self.depth.transmittance(self.floor_m(), sun_cosine) } else { 0.0 }
     }
 
-    /// Transmittance for the whole disc of the sun: within its radius of the horizon only a part of it is up.
+    /// Transmittance for the whole disc of the sun: within its radius of the horizon only a part of it is up. What the aerosol
+    /// scatters within a peak too sharp for the tables counts as beam.
     ///
     /// The part's light is that of the middle of its height. No refraction.
     #[must_use]
     pub fn disc_transmittance(&self, height_m: f64, sun_cosine: f64) -> f64 {
+        self.of_disc(&self.depth, height_m, sun_cosine)
+    }
+
+    /// The same of what is not scattered at all.
+    #[must_use]
+    pub fn disc_unscattered(&self, height_m: f64, sun_cosine: f64) -> f64 {
+        self.of_disc(self.whole_depth(), height_m, sun_cosine)
+    }
+
+    fn of_disc(&self, depth: &DepthTable, height_m: f64, sun_cosine: f64) -> f64 {
         let horizon = -sin_dip(height_m, self.floor_m()).clamp(-1.0, 1.0).asin();
         let elevation = sun_cosine.clamp(-1.0, 1.0).asin() - horizon;
         let visible = visible_part(elevation / SUN_RADIUS);
@@ -94,7 +131,7 @@ impl Air {
             return 0.0;
         }
         let middle = if elevation < SUN_RADIUS { 0.5 * (elevation + SUN_RADIUS) } else { elevation };
-        visible * self.depth.transmittance(height_m, (horizon + middle).sin())
+        visible * depth.transmittance(height_m, (horizon + middle).sin())
     }
 }
 

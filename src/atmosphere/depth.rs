@@ -116,6 +116,12 @@ impl DepthTable {
 }
 
 impl DepthRow<'_> {
+    /// Cosine of the horizon: of the lowest direction that has a depth.
+    #[must_use]
+    pub fn horizon_cosine(&self) -> f64 {
+        self.horizon_cosine
+    }
+
     /// Optical depth to the top; infinite below the floor's horizon.
     #[must_use]
     pub fn depth(&self, cosine: f64) -> f64 {

@@ -4,7 +4,7 @@ use std::f64::consts::PI;
 
 use super::air::twilight;
 use super::directions::unit_rule;
-use super::geometry::{TOP_M, cosine_along};
+use super::geometry::{TOP_M, cosine_along, inside};
 use super::methods::SkyModel;
 use super::path::{Limits, Path, Target, step_weight};
 use super::profile::rayleigh_phase_per_sr;
@@ -62,7 +62,7 @@ pub fn march(sky: &dyn SkyModel, eye_m: f64, sun_cosine: f64, view: View, steps:
     let eye_m = eye_m.max(air.floor_m());
     let path = Path::new(eye_m, view.cosine, limits, steps);
     let rayleigh = rayleigh_phase_per_sr(view.sun);
-    let aerosol = (air.medium.aerosol.phase)(view.sun) / (4.0 * PI);
+    let aerosol = air.seen_phase(inside(eye_m.min(TOP_M), air.floor_m()), sun_cosine)(view.sun) / (4.0 * PI);
     let mut seen = Seen { transmittance: 1.0, ..Seen::default() };
     for step in &path.steps {
         let at = air.profile.at(step.height_m);

@@ -7,6 +7,7 @@ use std::sync::Arc;
 use super::exponential::exp;
 use super::geometry::TOP_M;
 use super::wavelength::{ozone_depth, rayleigh_depth};
+use crate::optics::Channel;
 
 /// Scale height of the molecules, m.
 const RAYLEIGH_SCALE_M: f64 = 8000.0;
@@ -46,6 +47,14 @@ impl Aerosol {
         let g = asymmetry;
         let phase = move |cosine: f64| (1.0 - g * g) / (1.0 + g * g - 2.0 * g * cosine).powf(1.5);
         let moments = (0..HENYEY_GREENSTEIN_MOMENTS).map(|l| g.powi(l as i32)).collect();
+        Self { depth, scale_height_m, albedo, moments, phase: Arc::new(phase) }
+    }
+
+    /// Aerosol with the phase function of some optics.
+    #[must_use]
+    pub fn with_optics(depth: f64, scale_height_m: f64, albedo: f64, optics: &Arc<Channel>) -> Self {
+        let (moments, optics) = (optics.moments.clone(), Arc::clone(optics));
+        let phase = move |cosine: f64| optics.phase.value(cosine.clamp(-1.0, 1.0).acos());
         Self { depth, scale_height_m, albedo, moments, phase: Arc::new(phase) }
     }
 
@@ -104,7 +113,7 @@ fn at_sea_level(scale_height_m: f64) -> f64 {
 }
 
 impl Medium {
-    /// The air at a wavelength (380..=780 nm): `rayleigh` times the standard column of molecules, an ozone column in
+    /// The air at a wavelength (300..=1000 nm): `rayleigh` times the standard column of molecules, an ozone column in
     /// Dobson units, and aerosol.
     #[must_use]
     pub fn new(wavelength_nm: f64, rayleigh: f64, ozone_dobson: f64, aerosol: Aerosol) -> Self {

@@ -124,8 +124,15 @@ impl SunSky {
             below: band(layout.below, -PI / 2.0 - horizon, -1.0, below_horizon),
             layout,
             sun_cosine,
-            phase: sky.above.air.medium.aerosol.phase.clone(),
+            phase: sky.above.air.seen_phase(inside(eye_m.min(TOP_M), floor_m), sun_cosine),
         }
+    }
+
+    /// The aerosol's phase function as it is seen towards an angle from the sun of this cosine; its integral over the sphere is
+    /// 4 pi.
+    #[must_use]
+    pub fn phase(&self, cosine: f64) -> f64 {
+        (self.phase)(cosine)
     }
 
     /// Where an elevation lies: its band and row.

@@ -2,12 +2,23 @@
 
 /// Absorption of ozone per atm-cm by wavelength in nm, natural logarithm.
 ///
-/// SPECTRL2 (R. E. Bird and C. Riordan, "Simple solar spectral model", 1984), which has 0 up to 440 nm. The value at
+/// SPECTRL2 (R. E. Bird and C. Riordan, "Simple solar spectral model", 1984), which has 0 from 360 to 440 nm. The value at
 /// 440 nm is that of measured cross-sections instead; 445 nm keeps the one of SPECTRL2, with which the colour matrix
 /// was fitted. The entries at 445, 525, 575, 580 and 640 nm are the interpolated ones, rounded as the reference data
 /// have them.
-const OZONE_ABSORPTION: [(f64, f64); 34] = [
-    (380.0, 0.0),
+const OZONE_ABSORPTION: [(f64, f64); 45] = [
+    (300.0, 10.0),
+    (305.0, 4.8),
+    (310.0, 2.7),
+    (315.0, 1.35),
+    (320.0, 0.8),
+    (325.0, 0.38),
+    (330.0, 0.16),
+    (335.0, 0.075),
+    (340.0, 0.04),
+    (345.0, 0.019),
+    (350.0, 0.007),
+    (360.0, 0.0),
     (430.0, 0.0),
     (440.0, 0.003),
     (445.0, 0.0015),
@@ -45,7 +56,7 @@ const OZONE_ABSORPTION: [(f64, f64); 34] = [
 
 /// Vertical optical depth of Rayleigh scattering by the standard atmosphere at sea level.
 ///
-/// `wavelength_nm` in 380..=780. Source: J. E. Hansen and L. D. Travis, "Light scattering in planetary atmospheres"
+/// `wavelength_nm` in 300..=1000. Source: J. E. Hansen and L. D. Travis, "Light scattering in planetary atmospheres"
 /// (1974).
 #[must_use]
 pub fn rayleigh_depth(wavelength_nm: f64) -> f64 {
@@ -60,7 +71,7 @@ pub fn aerosol_depth(depth_550: f64, angstrom_exponent: f64, wavelength_nm: f64)
     depth_550 * (wavelength_nm / 550.0).powf(-angstrom_exponent)
 }
 
-/// Absorption of ozone, per atm-cm (1000 Dobson units); `wavelength_nm` in 380..=780, clamped.
+/// Absorption of ozone, per atm-cm (1000 Dobson units); `wavelength_nm` in 300..=780, clamped: 0 beyond.
 #[must_use]
 pub fn ozone_absorption(wavelength_nm: f64) -> f64 {
     let above =

@@ -44,6 +44,8 @@ pub struct Metadata {
     pub left_azimuth_deg: Option<f64>,
     /// Whether the sun's disc is drawn, where it could be.
     pub disc: Option<bool>,
+    /// The one wavelength of the light, nm; `None` of colours and of what is no light.
+    pub wavelength_nm: Option<f64>,
     /// Identifier of the scene.
     pub scene: String,
     /// Version of the renderer.

@@ -269,6 +269,7 @@ fn attributes(
         list.push(("skyloom:leftAzimuth", float(azimuth)));
     }
     list.extend(metadata.expected_error.map(|error| ("skyloom:expectedError", float(error))));
+    list.extend(metadata.wavelength_nm.map(|nm| ("skyloom:wavelength", float(nm))));
     // At most a handful.
     list.extend(metadata.layer.map(|layer| ("skyloom:layer", Value::I32(layer as i32))));
     list.extend(metadata.white_luminance.map(|luminance| ("whiteLuminance", Value::F32(luminance))));

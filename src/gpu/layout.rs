@@ -184,14 +184,14 @@ pub struct SkyView {
     pub edge: f32,
     /// Elevation at which the map of the air before the layer begins, radians.
     pub horizon: f32,
-    /// Of the aerosol.
-    pub asymmetry: f32,
     /// As in [`View`].
     pub together: u32,
     /// Unused.
     pub spare_0: u32,
     /// Unused.
     pub spare_1: u32,
+    /// Unused.
+    pub spare_2: u32,
 }
 
 /// A cumulus layer at one moment: where it is, what it is made of, how it is lit.
@@ -260,10 +260,10 @@ pub struct Backdrop {
     pub horizon: f32,
     /// Side of the domain.
     pub extent_m: f32,
-    /// Of the aerosol.
-    pub asymmetry: f32,
     /// Unused.
-    pub spare: [u32; 2],
+    pub spare: u32,
+    /// Unused.
+    pub spare_2: [u32; 2],
 }
 
 /// A Gaussian blur along one axis of a periodic map.

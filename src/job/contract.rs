@@ -5,6 +5,7 @@ use crate::gpu::GpuError;
 use crate::image::MissingImage;
 use crate::reference::monte_carlo::MonteCarloError;
 use crate::scene::FieldError;
+use crate::scene_air::AirError;
 use crate::tables::TableError;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -116,6 +117,15 @@ impl From<GpuError> for RenderError {
             // The device may still be busy with what was given up: a new one is needed.
             GpuError::Timeout => Self::DeviceLost(error.to_string()),
             GpuError::NoAdapter(_) | GpuError::Failed(_) => Self::Driver(error),
+        }
+    }
+}
+
+impl From<AirError> for RenderError {
+    fn from(error: AirError) -> Self {
+        match error {
+            AirError::Image(missing) => missing.into(),
+            AirError::Aerosol(tables) => tables.into(),
         }
     }
 }

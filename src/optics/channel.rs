@@ -1,5 +1,6 @@
 //! Optics in one colour.
 
+use super::moments::moments;
 use super::phase::PhaseFunction;
 
 /// Optics of a droplet mix in one channel.
@@ -16,4 +17,12 @@ pub struct Channel {
     pub phase: PhaseFunction,
     /// Legendre moments chi_l of `phase`, chi_0 = 1, as many as it takes until they have died out.
     pub moments: Vec<f64>,
+}
+
+impl Channel {
+    /// A channel with the first moments of its phase function, two or more.
+    pub(super) fn new(cross_section_um2: f64, albedo: f64, phase: PhaseFunction, count: usize) -> Self {
+        let moments = moments(&phase, count.max(2));
+        Self { cross_section_um2, albedo, asymmetry: moments[1], phase, moments }
+    }
 }

@@ -9,7 +9,6 @@ use rayon::prelude::*;
 use super::mie::{Coefficients, RefractiveIndex, summed_intensity};
 use super::phase::{PhaseFunction, grid_deg};
 use super::size::SizeDistribution;
-use super::water;
 
 /// Half width of the band of wavelengths around a channel's own, nm. Droplets of one cloud are not
 /// sampled finely enough to lay to rest the narrow resonances of single spheres; a few wavelengths,
@@ -70,20 +69,19 @@ struct Sums {
     intensity: Vec<f64>,
 }
 
-/// Mean optics of droplets around one wavelength (nm). `real_index` replaces water's own real part
-/// of the refractive index. The result does not depend on the number of threads, not even in its
-/// last bits.
+/// Mean optics of spheres around one wavelength (nm). `index` is their refractive index by
+/// wavelength (nm). The result does not depend on the number of threads, not even in its last bits.
 ///
 /// # Errors
 /// No finite result (parameters out of any sensible range).
 pub fn ensemble(
     sizes: &SizeDistribution,
     wavelength_nm: f64,
-    real_index: Option<f64>,
+    index: &dyn Fn(f64) -> RefractiveIndex,
     sampling: &Sampling,
     progress: &(dyn Fn(f64) + Sync),
 ) -> Result<Ensemble, OpticsError> {
-    let spheres = spheres(sizes, wavelength_nm, real_index, sampling);
+    let spheres = spheres(sizes, wavelength_nm, index, sampling);
     let half = grid_deg().len().div_ceil(2);
     let cosines: Vec<f64> = grid_deg().iter().take(half).map(|a| a.to_radians().cos()).collect();
 
@@ -135,7 +133,12 @@ pub fn ensemble(
 
 /// All spheres in order of radius. The radii of different wavelengths are staggered by the golden
 /// ratio, so that all size parameters differ and the set samples size and wavelength evenly.
-fn spheres(sizes: &SizeDistribution, wavelength_nm: f64, real_index: Option<f64>, sampling: &Sampling) -> Vec<Sphere> {
+fn spheres(
+    sizes: &SizeDistribution,
+    wavelength_nm: f64,
+    index: &dyn Fn(f64) -> RefractiveIndex,
+    sampling: &Sampling,
+) -> Vec<Sphere> {
     const GOLDEN: f64 = 0.618_033_988_749_894_9;
     let sampler = sizes.sampler();
     let wavelengths = sampling.wavelengths.max(1);
@@ -151,10 +154,7 @@ fn spheres(sizes: &SizeDistribution, wavelength_nm: f64, real_index: Option<f64>
             spheres.push(Sphere {
                 size: wavenumber * sample.radius_um,
                 wavenumber,
-                index: RefractiveIndex::new(
-                    real_index.unwrap_or_else(|| water::real_index(wavelength_nm)),
-                    water::imaginary_index(wavelength_nm),
-                ),
+                index: index(wavelength_nm),
                 radius_um: sample.radius_um,
                 area_weight: sample.area_weight,
             });

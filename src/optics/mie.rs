@@ -5,6 +5,10 @@
 //! "Improved Mie scattering algorithms", Applied Optics 19 (1980).
 
 use nalgebra::{Complex, DMatrix};
+use std::ops::RangeInclusive;
+
+/// Real parts of the refractive index accepted.
+pub const REAL_INDEX: RangeInclusive<f64> = 1.01..=2.0;
 
 /// Refractive index n + ik of a sphere relative to its surroundings; k >= 0 absorbs.
 #[derive(Clone, Copy, Debug, PartialEq)]

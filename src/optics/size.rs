@@ -5,7 +5,10 @@
 //! atmospheres", Space Science Reviews 16 (1974).
 
 use std::f64::consts::PI;
+use std::ops::RangeInclusive;
 
+/// Broadness parameters of the sizes accepted.
+pub const BROADNESS: RangeInclusive<f64> = 0.5..=20.0;
 /// Part of the droplets' geometric area beyond each end of the sampled radii.
 const LOST_AREA: f64 = 2.0e-6;
 /// Radii are sampled with a density that goes as this power of the area density: stratified
@@ -45,6 +48,14 @@ impl SizeDistribution {
     #[must_use]
     pub fn mean_area_um2(&self) -> f64 {
         PI * self.broadness * (self.broadness + 1.0) * self.scale_um().powi(2)
+    }
+
+    /// Moments after which nothing is left of the phase function at a wavelength, nm. The intensity scattered
+    /// by a sphere of size x has no moments beyond 2x: twice the size parameter beyond which next to no
+    /// area lies.
+    pub(super) fn moment_count(&self, wavelength_nm: f64) -> usize {
+        let size = std::f64::consts::TAU * self.sampler().largest_um() / (wavelength_nm * 1e-3);
+        ((2.0 * size).ceil() as usize + 16).clamp(256, 8192)
     }
 
     /// A sampler of the radii.

@@ -5,6 +5,8 @@
 //! table 1. Imaginary part: D. J. Segelstein, "The complex refractive index of water" (University
 //! of Missouri-Kansas City, 1981).
 
+use super::mie::RefractiveIndex;
+
 /// Temperature of the droplets, K.
 const TEMPERATURE_K: f64 = 288.15;
 /// Density of water at 15 °C and one atmosphere, kg/m³.
@@ -15,6 +17,13 @@ const AIR_INDEX: f64 = 1.000_27;
 
 /// Imaginary part k of Segelstein 1981 at three wavelengths: (nm, k).
 const SEGELSTEIN: [(f64, f64); 3] = [(450.0, 8.076e-10), (550.0, 2.463e-9), (650.0, 1.672e-8)];
+
+/// Refractive index of cloud droplets relative to the air around them at a vacuum wavelength in nm;
+/// `real` replaces water's own real part.
+#[must_use]
+pub fn index(wavelength_nm: f64, real: Option<f64>) -> RefractiveIndex {
+    RefractiveIndex::new(real.unwrap_or_else(|| real_index(wavelength_nm)), imaginary_index(wavelength_nm))
+}
 
 /// Real part of the refractive index of cloud droplets relative to the air around them, at a vacuum
 /// wavelength in nm: what scattering depends on. 1.33966, 1.33473, 1.33171 at 450, 550, 650 nm.

@@ -118,8 +118,8 @@ pub fn sky_texel(
         held += shaded.held;
     }
     let (cloud, held) = (sum / f64::from(rays), held / f64::from(rays));
-    let (horizon, below, asymmetry) = (view.horizon.into(), view.rising == 0, view.asymmetry.into());
-    let air = air_light(air, direction, &Look { sun: vec3(frame.sun.towards), horizon, below, asymmetry });
+    let (horizon, below) = (view.horizon.into(), view.rising == 0);
+    let air = air_light(air, direction, &Look { sun: vec3(frame.sun.towards), horizon, below });
     let light = cloud.truncate() * air.through + (1.0 - before.alpha) * cloud.w * air.light;
     Shaded { light, alpha: cloud.w, held }
 }

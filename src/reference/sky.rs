@@ -30,8 +30,7 @@ pub fn sky_backdrop(backdrop: &Backdrop, view: &SkyView, behind: &Behind<'_>, mi
     let cone = sphere_cone(view, direction);
     let misses = |up: f64| misses_ground(h_m, up);
     let air = |below: bool, direction: DVec3| {
-        let (horizon, asymmetry) = (backdrop.horizon.into(), backdrop.asymmetry.into());
-        let look = Look { sun: vec3(backdrop.sun), horizon, below, asymmetry };
+        let look = Look { sun: vec3(backdrop.sun), horizon: backdrop.horizon.into(), below };
         air_light(&behind.air[usize::from(below)], direction, &look)
     };
     // A texel that is well above the horizon has but one ray.

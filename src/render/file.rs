@@ -45,7 +45,7 @@ fn metadata(job: &Job, texture: &Texture) -> Metadata {
     Metadata {
         texture: request.texture().name().to_owned(),
         comments: request.texture().meaning().to_owned(),
-        unit: request.texture().unit(in_air).to_owned(),
+        unit: wanted.unit(in_air).to_owned(),
         scale,
         component: wanted.component().map(|component| component.name().to_owned()),
         peak: wanted.peak(),
@@ -68,11 +68,14 @@ fn metadata(job: &Job, texture: &Texture) -> Metadata {
         },
         left_azimuth_deg: equirect.then(|| axes.left_azimuth_deg()),
         disc: wanted.disc(),
+        wavelength_nm: wanted.wavelength_nm(),
         scene: job.scene_id().to_owned(),
         version: VERSION.clone(),
         // Of radiance; an irradiance has none.
-        white_luminance: (in_air && matches!(wanted, Wanted::Cloud(_) | Wanted::Sky(_)))
-            .then(|| (1000.0 / scale) as f32),
+        white_luminance: (in_air
+            && wanted.wavelength_nm().is_none()
+            && matches!(wanted, Wanted::Cloud(_) | Wanted::Sky(_)))
+        .then(|| (1000.0 / scale) as f32),
         // Maps repeat as the domain does.
         periodic: wanted.projection().is_none_or(|projection| projection.is_periodic()),
         place: place(job),

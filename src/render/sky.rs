@@ -15,8 +15,6 @@ use crate::illumination::Illumination;
 use crate::job::{Job, RenderError, Watch};
 use crate::moment::{LayerMoment, Moment};
 use crate::request::Sphere;
-use crate::scene::Atmosphere;
-use crate::scene::quantity::Quantity as _;
 use crate::scene_air::CoverMoment;
 use crate::shade::{
     self, CumulusInputs, DeviceAir, GroundLit, Inputs, LayerInputs, OnGround, SkyClouds, SkyCumulus, SkyInputs,
@@ -64,16 +62,11 @@ struct Eye {
     sky: [f64; 3],
     cover: Option<Arc<CoverMoment>>,
     in_air: bool,
-    asymmetry: f64,
 }
 
 impl Eye {
     fn new(job: &Job, moment: &Moment, sphere: &Sphere) -> Self {
         let Illumination { towards_sun, sky, nearness, .. } = &moment.illumination;
-        let asymmetry = match &job.scene().atmosphere {
-            Atmosphere::Given(_) => 0.0,
-            Atmosphere::Air(air) => air.aerosol.asymmetry.get(),
-        };
         Self {
             height_m: sphere.eye[2],
             sun_cosine: towards_sun[2],
@@ -81,7 +74,6 @@ impl Eye {
             sky: *sky,
             cover: moment.illumination.cover.clone(),
             in_air: job.air().is_some(),
-            asymmetry,
         }
     }
 
@@ -140,7 +132,7 @@ impl SkyKept {
             (below, SkyCumulus { inputs, before: [sinking, rising] })
         });
         let cuts = MEAN_CUTS * (layers.len() + usize::from(cumulus.is_some())) as f64;
-        let backdrop = frame::backdrop(moment, far[0].horizon, eye.asymmetry);
+        let backdrop = frame::backdrop(moment, far[0].horizon);
         let disc = (job.request().wanted.disc() == Some(true))
             .then(|| moment.illumination.disc(job.scene(), job.air().map(|air| &*air.clear), eye.height_m));
         let inputs = SkyInputs { sphere, layers, cumulus, ground, backdrop, air: far, disc };

@@ -6,6 +6,7 @@ use crate::axes::Axes;
 use crate::encode::{Alpha, Depth, Exposure, Format, Linear, Output, Picture, PictureDepth, Tonemap};
 use crate::method::{Method, Reference, Transport};
 use crate::projection::{Plane, Side, Sphere, SphereLayout, Viewer};
+use crate::spectrum::Spectrum;
 
 /// Where the sky is seen from unless the query says where: by a person, in the middle of the domain.
 const EYE: [f64; 3] = [0.0, 0.0, 2.0];
@@ -27,6 +28,7 @@ pub(super) struct Given {
     pub(super) layout: &'static str,
     pub(super) axes: Axes,
     pub(super) disc: bool,
+    pub(super) spectrum: Spectrum,
     pub(super) look_deg: [f64; 2],
     pub(super) fov_deg: Option<f64>,
     pub(super) aspect: f64,
@@ -59,6 +61,7 @@ impl Given {
             layout: SphereLayout::Equirect.name(),
             axes: Axes::Enu,
             disc: false,
+            spectrum: Spectrum::Visible,
             look_deg: [0.0; 2],
             fov_deg: None,
             aspect: 1.0,
@@ -114,14 +117,15 @@ impl Given {
                     "diffuse" => Component::Diffuse { peak: self.peak },
                     _ => Component::Total,
                 },
+                spectrum: self.spectrum,
                 tolerance,
                 // Light on the ground goes through tables of fluxes, whatever the cloud's method.
                 light: traced.map_or(GroundLight::Fast { transport: self.transport }, GroundLight::Reference),
             }),
             TextureKind::Thickness => Wanted::Thickness { layer },
             TextureKind::Sky => {
-                let (sphere, disc) = (self.sphere(), self.disc);
-                Wanted::Sky(Sky { sphere, disc, layer, tolerance, method, transport: self.transport })
+                let (sphere, disc, spectrum) = (self.sphere(), self.disc, self.spectrum);
+                Wanted::Sky(Sky { sphere, disc, spectrum, layer, tolerance, method, transport: self.transport })
             }
             TextureKind::Compass => Wanted::Compass(self.sphere()),
         };

@@ -8,6 +8,7 @@ use crate::encode::{Alpha, Exposure, Format, Output, Picture, Tonemap};
 use crate::method::{Method, Reference, Transport};
 use crate::projection::{Side, SphereLayout, Viewer};
 use crate::scene::Scene;
+use crate::spectrum::Spectrum;
 
 /// A query parameter.
 #[derive(Debug, Clone, Copy)]
@@ -156,6 +157,21 @@ pub const QUERY_PARAMETERS: &[QueryParameter] = &[
         meaning: "the sun's disc is drawn into `sky`",
         read: |given, text| set(&mut given.disc, word(text, &[("true", true), ("false", false)])),
         write: |request| Some(request.wanted.disc()?.to_string()),
+    },
+    QueryParameter {
+        name: "wavelength",
+        values: "rgb | 300 to 1000",
+        default: "rgb",
+        meaning: "nm: `sky` or `irradiance` of this wavelength alone, one channel Y, per unit of the sun's spectral irradiance above the air",
+        read: |given, text| {
+            let (least, most) = Spectrum::RANGE_NM.into_inner();
+            let wavelength = || number(text, least, most).map(Spectrum::Wavelength);
+            set(&mut given.spectrum, if text == "rgb" { Some(Spectrum::Visible) } else { wavelength() })
+        },
+        write: |request| match request.wanted.spectrum()? {
+            Spectrum::Visible => Some("rgb".to_owned()),
+            Spectrum::Wavelength(nm) => Some(nm.to_string()),
+        },
     },
     QueryParameter {
         name: "component",

@@ -121,6 +121,18 @@ impl Request {
                 wrong("peak", detail.to_owned());
             }
         }
+        if self.wanted.wavelength_nm().is_some() {
+            if matches!(scene.atmosphere, Atmosphere::Given(_)) {
+                let detail = "the scene's light is given in three colours; allowed: rgb, or a scene with air";
+                wrong("wavelength", detail.to_owned());
+            }
+            if self.wanted.reference().is_some() {
+                wrong("wavelength", "method reference gives colours; allowed: rgb, or another method".to_owned());
+            }
+            if matches!(self.output, Output::Png(Picture::Display { exposure: Exposure::Ev100(_), .. })) {
+                wrong("ev100", "light of one wavelength has no luminance; allowed: exposure".to_owned());
+            }
+        }
         if let (Output::Png(Picture::Display { exposure: Exposure::Ev100(_), .. }), Atmosphere::Given(_)) =
             (self.output, &scene.atmosphere)
         {

@@ -2,6 +2,7 @@
 
 use crate::method::{Method, Reference, Transport};
 use crate::projection::{Plane, Projection, Sphere};
+use crate::spectrum::Spectrum;
 use std::f64::consts::PI;
 
 /// A texture that can be asked for.
@@ -51,8 +52,8 @@ impl TextureKind {
         }
     }
 
-    /// Unit of its values. Where the scene gives its own light, which unit that is in is the caller's knowledge.
-    pub fn unit(self, in_air: bool) -> &'static str {
+    /// Unit of its values where they are of all visible light.
+    fn unit(self, in_air: bool) -> &'static str {
         match (self, in_air) {
             (Self::Cloud | Self::Sky, true) => "kcd/m2",
             (Self::Cloud | Self::Sky, false) => "the scene's unit of irradiance per steradian",
@@ -63,7 +64,7 @@ impl TextureKind {
         }
     }
 
-    /// Names of its channels.
+    /// Names of its channels, where they are of all visible light.
     pub fn channels(self) -> &'static [&'static str] {
         match self {
             Self::Cloud => &["R", "G", "B", "A"],
@@ -172,6 +173,8 @@ pub struct Sky {
     pub sphere: Sphere,
     /// The sun's disc is drawn.
     pub disc: bool,
+    /// What light is made of.
+    pub spectrum: Spectrum,
     /// One layer alone (0 = lowest); all when `None`. Light still uses all.
     pub layer: Option<u32>,
     /// Acceptable relative root-mean-square error.
@@ -198,6 +201,8 @@ pub struct Shadow {
 pub struct Irradiance {
     /// Which part of it.
     pub component: Component,
+    /// What light is made of.
+    pub spectrum: Spectrum,
     /// Acceptable relative root-mean-square error.
     pub tolerance: f64,
     /// How it is computed.
@@ -351,6 +356,36 @@ impl Wanted {
         match self {
             Self::Sky(sky) => Some(sky.disc),
             _ => None,
+        }
+    }
+
+    /// What its light is made of, where that can be chosen.
+    pub fn spectrum(&self) -> Option<Spectrum> {
+        match self {
+            Self::Sky(Sky { spectrum, .. }) | Self::Irradiance(Irradiance { spectrum, .. }) => Some(*spectrum),
+            Self::Cloud(_) | Self::Shadow(_) | Self::Thickness { .. } | Self::Compass(_) => None,
+        }
+    }
+
+    /// The one wavelength of its light, nm.
+    pub fn wavelength_nm(&self) -> Option<f64> {
+        match self.spectrum()? {
+            Spectrum::Visible => None,
+            Spectrum::Wavelength(nm) => Some(nm),
+        }
+    }
+
+    /// Names of its channels.
+    pub fn channels(&self) -> &'static [&'static str] {
+        if self.wavelength_nm().is_some() { &["Y"] } else { self.kind().channels() }
+    }
+
+    /// Unit of its values. Where the scene gives its own light, which unit that is in is the caller's knowledge.
+    pub fn unit(&self, in_air: bool) -> &'static str {
+        match (self, self.wavelength_nm()) {
+            (Self::Sky(_), Some(_)) => "1/sr of the sun's spectral irradiance above the air",
+            (_, Some(_)) => "1, of the sun's spectral irradiance above the air",
+            _ => self.kind().unit(in_air),
         }
     }
 

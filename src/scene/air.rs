@@ -1,5 +1,6 @@
 //! The light above the clouds: the caller's own, or that of physical air.
 
+use super::aerosol::{self, AerosolColumn};
 use super::quantity::*;
 use super::read::{Object, Reader, describe};
 use super::spelling;
@@ -24,7 +25,7 @@ pub struct Light {
 }
 
 /// A column of clear air.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct AirColumn {
     /// Particles.
     pub aerosol: AerosolColumn,
@@ -34,21 +35,6 @@ pub struct AirColumn {
     pub rayleigh: RayleighColumn,
     /// Whether the polarisation of light scattered by molecules is followed; without it blue light is up to 8 % off.
     pub polarisation: bool,
-}
-
-/// A column of particles with Henyey and Greenstein's phase function.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct AerosolColumn {
-    /// Vertical, at 550 nm.
-    pub optical_depth: AerosolDepth,
-    /// Exponent of wavelength.
-    pub angstrom: Angstrom,
-    /// Mean cosine of the scattering angle.
-    pub asymmetry: AerosolAsymmetry,
-    /// Single-scattering albedo.
-    pub albedo: Albedo,
-    /// Height over which it thins to 1/e.
-    pub scale_height_m: AerosolScaleM,
 }
 
 /// A kind of air by name: depth at 550 nm, Ångström's exponent, asymmetry, albedo, scale height in m, molecules.
@@ -74,21 +60,14 @@ const PRESETS: [Preset; 6] = [
 /// Fields of the caller's own light, and of air.
 const GIVEN: [&str; 2] = ["sun", "sky"];
 const AIR: [&str; 4] = ["aerosol", "ozone_du", "rayleigh", "polarisation"];
-const AEROSOL: [&str; 5] = ["optical_depth", "angstrom", "asymmetry", "albedo", "scale_height_m"];
 
 /// A default, which lies inside its range.
 fn default<Q: Quantity>(value: f64) -> Option<Q> {
     Q::try_from(value).ok()
 }
 
-fn column([depth, angstrom, asymmetry, albedo, scale]: [f64; 5], rayleigh: f64) -> Option<AirColumn> {
-    let aerosol = AerosolColumn {
-        optical_depth: default(depth)?,
-        angstrom: default(angstrom)?,
-        asymmetry: default(asymmetry)?,
-        albedo: default(albedo)?,
-        scale_height_m: default(scale)?,
-    };
+fn column(particles: [f64; 5], rayleigh: f64) -> Option<AirColumn> {
+    let aerosol = aerosol::henyey_greenstein(particles)?;
     Some(AirColumn { aerosol, ozone_du: default(300.0)?, rayleigh: default(rayleigh)?, polarisation: true })
 }
 
@@ -119,7 +98,7 @@ pub(super) fn read(reader: &mut Reader, root: &Object<'_>) -> Option<Atmosphere>
     }
     let usual = column([0.1, 1.3, 0.7, 0.93, 1200.0], 1.0)?;
     Some(Atmosphere::Air(AirColumn {
-        aerosol: aerosol(reader, &object, usual.aerosol)?,
+        aerosol: aerosol::read(reader, &object, usual.aerosol)?,
         ozone_du: reader.number_or(&object, "ozone_du", usual.ozone_du),
         rayleigh: reader.number_or(&object, "rayleigh", usual.rayleigh),
         polarisation: match object.value("polarisation") {
@@ -132,20 +111,6 @@ pub(super) fn read(reader: &mut Reader, root: &Object<'_>) -> Option<Atmosphere>
             }
         },
     }))
-}
-
-fn aerosol(reader: &mut Reader, air: &Object<'_>, usual: AerosolColumn) -> Option<AerosolColumn> {
-    if !air.has("aerosol") {
-        return Some(usual);
-    }
-    let aerosol = reader.child(air, "aerosol", &AEROSOL)?;
-    Some(AerosolColumn {
-        optical_depth: reader.number_or(&aerosol, "optical_depth", usual.optical_depth),
-        angstrom: reader.number_or(&aerosol, "angstrom", usual.angstrom),
-        asymmetry: reader.number_or(&aerosol, "asymmetry", usual.asymmetry),
-        albedo: reader.number_or(&aerosol, "albedo", usual.albedo),
-        scale_height_m: reader.number_or(&aerosol, "scale_height_m", usual.scale_height_m),
-    })
 }
 
 fn named(reader: &mut Reader, pointer: &str, name: &str) -> Option<Atmosphere> {
@@ -165,13 +130,7 @@ pub(super) fn write(atmosphere: &Atmosphere) -> Value {
             json!({ "sun": light.sun.map(Quantity::get), "sky": light.sky.map(Quantity::get) })
         }
         Atmosphere::Air(air) => json!({
-            "aerosol": {
-                "optical_depth": air.aerosol.optical_depth.get(),
-                "angstrom": air.aerosol.angstrom.get(),
-                "asymmetry": air.aerosol.asymmetry.get(),
-                "albedo": air.aerosol.albedo.get(),
-                "scale_height_m": air.aerosol.scale_height_m.get(),
-            },
+            "aerosol": aerosol::write(&air.aerosol),
             "ozone_du": air.ozone_du.get(),
             "rayleigh": air.rayleigh.get(),
             "polarisation": air.polarisation,

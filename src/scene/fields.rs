@@ -120,7 +120,7 @@ pub const GROUPS: &[Group] = &[
                 "/aerosol/asymmetry",
                 "mean cosine of the scattering angle, of Henyey and Greenstein's phase function",
             ),
-            number::<Albedo>("/aerosol/albedo", "single-scattering albedo"),
+            number::<Albedo>("/aerosol/albedo", "single-scattering albedo, the same at all wavelengths"),
             number::<AerosolScaleM>("/aerosol/scale_height_m", "height over which it thins to 1/e"),
             number::<OzoneDu>("/ozone_du", "column of ozone"),
             number::<RayleighColumn>("/rayleigh", "column of molecules, relative to the standard one at sea level"),
@@ -129,6 +129,32 @@ pub const GROUPS: &[Group] = &[
                 Allowed::Other("`true`, `false`"),
                 "follow the polarisation of light scattered by molecules; without it blue light is up to 8 % off",
             ),
+        ],
+    },
+    Group {
+        title: "`aerosol` of a tabulated phase function, the same at all wavelengths",
+        place: "/atmosphere/aerosol",
+        least: r#"{"atmosphere": {"aerosol": {"phase_function": [[0, 10], [90, 1], [180, 2]]}}}"#,
+        fields: &[field(
+            "/phase_function",
+            Allowed::Other("pairs `[degrees, value]`"),
+            "in place of `asymmetry`; see below",
+        )],
+    },
+    Group {
+        title: "`aerosol` of spheres by Mie theory",
+        place: "/atmosphere/aerosol",
+        least: r#"{"atmosphere": {"aerosol": {"effective_radius_um": 0.3}}}"#,
+        fields: &[
+            number::<ParticleRadiusUm>("/effective_radius_um", "in place of `asymmetry`; r_e = (broadness+2) r_n"),
+            number::<Broadness>("/broadness", "N(r) ~ r^(broadness-1) exp(-r/r_n)"),
+            field(
+                "/refractive_index",
+                Allowed::Other("[1.01 to 2, 0 to 1], or the real part alone"),
+                "`[real, imaginary]` at all wavelengths; the imaginary part absorbs, and is 0 where one number is given",
+            ),
+            number::<Angstrom>("/angstrom", "in place of the extinction's change with wavelength by Mie theory"),
+            number::<Albedo>("/albedo", "in place of that by Mie theory"),
         ],
     },
     Group {

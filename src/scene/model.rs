@@ -1,5 +1,6 @@
 //! What a scene is made of: each value is valid, so that later stages need no checks.
 
+use super::aerosol::Scatterers;
 use super::air::Atmosphere;
 use super::cumulus::Cumulus;
 use super::quantity::*;
@@ -324,6 +325,13 @@ impl Scene {
             {
                 note(self.place(number), "droplets/phase_function", doubt.to_string());
             }
+        }
+        if let Atmosphere::Air(air) = &self.atmosphere
+            && let Scatterers::Tabulated { table, .. } = &air.aerosol.scatterers
+            && let Some(doubt) = table.doubt()
+        {
+            let pointer = "/atmosphere/aerosol/phase_function".to_owned();
+            notes.push(FieldError { pointer, detail: doubt.to_string() });
         }
         notes
     }

@@ -3,11 +3,10 @@
 use super::air::{self, Atmosphere};
 use super::cumulus::Cumulus;
 use super::model::*;
+use super::phase::phase_function;
 use super::quantity::*;
 use super::read::{Object, Reader, describe};
 use super::{cumulus, json, spelling, sun};
-use crate::optics::PhaseTable;
-use crate::optics::{TABLE_POINTS, TableFault};
 use serde_json::Value;
 
 /// Kinds of layers.
@@ -307,33 +306,6 @@ pub(super) fn droplets(reader: &mut Reader, layer: &Object<'_>) -> Option<Drople
 /// Whether an object has a field that tells its form, be it misspelt.
 fn is_given(value: &Value, field: &str) -> bool {
     value.as_object().is_some_and(|map| map.keys().any(|key| spelling::nearest(key, [field]).is_some()))
-}
-
-fn phase_function(reader: &mut Reader, value: &Value, pointer: &str) -> Option<PhaseTable> {
-    let rows = value.as_array().filter(|rows| TABLE_POINTS.contains(&rows.len()));
-    let Some(rows) = rows else {
-        let given = value.as_array().map_or_else(|| describe(value), |rows| format!("a list of {}", rows.len()));
-        let (least, most) = TABLE_POINTS.into_inner();
-        reader.wrong(pointer, format!("{given} where {least} to {most} pairs [degrees, value] are expected"));
-        return None;
-    };
-    let mut points: Vec<(f64, f64)> = Vec::with_capacity(rows.len());
-    for (i, row) in rows.iter().enumerate() {
-        let at = format!("{pointer}/{i}");
-        let Some([angle, value]) = row.as_array().map(Vec::as_slice) else {
-            reader.wrong(at, format!("{} where a pair [degrees, value] is expected", describe(row)));
-            return None;
-        };
-        // The table judges all angles together: it knows what they look like when they are no degrees.
-        let angle = reader.plain(angle, &format!("{at}/0"), "0 to 180 degrees")?;
-        points.push((angle, reader.quantity::<PhaseValue>(value, &format!("{at}/1"))?.get()));
-    }
-    let judged = PhaseTable::new(&points);
-    let wrong = |TableFault { point, detail }| {
-        let at = point.map_or_else(|| pointer.to_owned(), |point| format!("{pointer}/{point}"));
-        reader.wrong(at, detail);
-    };
-    judged.map_err(wrong).ok()
 }
 
 pub(super) fn wind(reader: &mut Reader, layer: &Object<'_>) -> Option<Wind> {

@@ -75,6 +75,10 @@ quantities! {
     Angstrom: 0.0..=3.0, "";
     /// Asymmetry of aerosol: sharper forward peaks have more moments than the air's tables hold.
     AerosolAsymmetry: 0.0..=0.84, "";
+    /// Effective radius of aerosol's particles.
+    ParticleRadiusUm: 0.02..=20.0, "µm";
+    /// Imaginary part of a refractive index: absorption.
+    ImaginaryIndex: 0.0..=1.0, "";
     /// Height over which aerosol thins to 1/e.
     AerosolScaleM: 100.0..=10_000.0, "m";
     /// Column of ozone.

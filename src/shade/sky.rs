@@ -150,8 +150,8 @@ pub(crate) fn sky_band(
         let Some(before) = &layer.before[usize::from(rising)] else { continue };
         let shown = tiles::names(&tiles, |up| tiles::meets(up, eye_m, layer.base_m, layer.top_m, rising));
         let edge = -tiles::dip(eye_m, if rising { 0.0 } else { layer.top_m }) as f32;
-        let (horizon, asymmetry) = (before.horizon as f32, inputs.backdrop.asymmetry);
-        let view = SkyView { rising: rising.into(), edge, horizon, asymmetry, together: together.into(), ..*view };
+        let horizon = before.horizon as f32;
+        let view = SkyView { rising: rising.into(), edge, horizon, together: together.into(), ..*view };
         views.push((view, before));
         let last = if rising { inputs.layers.last() } else { inputs.layers.first() };
         let light = last.and_then(|last| last.inputs.light).ok_or_else(|| early("sky"))?;
@@ -214,7 +214,6 @@ fn cumulus_pass(
     let view = SkyView {
         rising: rising.into(),
         horizon: before.horizon as f32,
-        asymmetry: inputs.backdrop.asymmetry,
         together: (inputs.layers.len() > 1).into(),
         ..*view
     };

@@ -1,12 +1,12 @@
 //! Tables of an atmosphere.
 
+use super::aerosol::AerosolOptics;
 use super::error::TableError;
 use super::library::{Artefact, TableLibrary};
-use crate::atmosphere::wavelength::aerosol_depth;
-use crate::atmosphere::{Aerosol, Air, Boundary, Medium, Moments, Quality, Resolution, SlantColumns};
+use crate::atmosphere::{Air, Boundary, Medium, Moments, Quality, Resolution, SlantColumns};
+use crate::scene::AirColumn;
 use crate::scene::quantity::Quantity as _;
-use crate::scene::{AerosolColumn, AirColumn};
-use crate::spectrum::WAVELENGTHS_NM;
+use crate::spectrum::Spectrum;
 use sha2::{Digest as _, Sha256};
 use std::fmt::Write as _;
 use std::sync::Arc;
@@ -16,15 +16,21 @@ use std::sync::Arc;
 pub struct AirTables {
     /// Names it exactly.
     pub key: String,
+    /// What its light is made of.
+    pub spectrum: Spectrum,
     /// One table a wavelength.
     pub waves: [Moments; 4],
 }
 
 /// What the tables of an atmosphere depend on.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone)]
 pub struct AirMix {
+    /// What its light is made of.
+    pub spectrum: Spectrum,
     /// The air.
     pub column: AirColumn,
+    /// Its aerosol at the four wavelengths.
+    pub aerosol: AerosolOptics,
     /// Albedo of the ground at the four wavelengths, in the mean over the domain.
     pub ground_albedo: [f64; 4],
     /// How finely it is solved.
@@ -32,20 +38,27 @@ pub struct AirMix {
 }
 
 impl AirMix {
-    /// Air over a ground of a mean albedo in red, green and blue. Its wavelengths lie at 640, 580, 525 and 445 nm: the
-    /// second between red and green.
-    pub fn new(column: AirColumn, [r, g, b]: [f64; 3], tolerance: f64) -> Self {
+    /// Air over a ground of a mean albedo in red, green and blue.
+    pub fn new(
+        spectrum: Spectrum,
+        column: AirColumn,
+        aerosol: AerosolOptics,
+        ground_albedo: [f64; 3],
+        tolerance: f64,
+    ) -> Self {
         let quality = Quality::plan(column.aerosol.optical_depth.get(), tolerance);
-        Self { column, ground_albedo: [r, 0.5 * (r + g), g, b], quality }
+        Self { spectrum, column, aerosol, ground_albedo: spectrum.albedo(ground_albedo), quality }
     }
 
     /// The air at a wavelength.
     pub(super) fn medium(&self, wave: usize) -> Medium {
-        let wavelength_nm = WAVELENGTHS_NM[wave];
-        let AerosolColumn { optical_depth, angstrom, asymmetry, albedo, scale_height_m } = self.column.aerosol;
-        let depth = aerosol_depth(optical_depth.get(), angstrom.get(), wavelength_nm);
-        let aerosol = Aerosol::henyey_greenstein(depth, scale_height_m.get(), albedo.get(), asymmetry.get());
-        Medium::new(wavelength_nm, self.column.rayleigh.get(), self.column.ozone_du.get(), aerosol)
+        let aerosol = self.aerosol.waves[wave].clone();
+        Medium::new(
+            self.spectrum.wavelengths_nm()[wave],
+            self.column.rayleigh.get(),
+            self.column.ozone_du.get(),
+            aerosol,
+        )
     }
 
     /// The air of the four wavelengths above boundaries of one height.
@@ -59,14 +72,28 @@ impl AirMix {
         self.airs(self.ground_albedo.map(Boundary::ground))
     }
 
-    /// Solves the air of the four wavelengths, one after the other: each takes all cores.
-    pub(super) fn solve(&self, airs: [Air; 4], progress: &(dyn Fn(f64) + Sync)) -> [Moments; 4] {
-        let mut done = 0.0;
+    /// Of each wavelength the first whose air is the same over grounds or clouds that `seen` tells apart.
+    pub(super) fn alike<T: PartialEq>(&self, seen: [T; 4]) -> [usize; 4] {
+        let wavelengths = self.spectrum.wavelengths_nm();
+        let same = |a: usize, b: usize| wavelengths[a].total_cmp(&wavelengths[b]).is_eq() && seen[a] == seen[b];
+        std::array::from_fn(|wave| (0..wave).find(|&first| same(first, wave)).unwrap_or(wave))
+    }
+
+    /// Solves the air of the four wavelengths, one after the other: each takes all cores. Those that are alike are solved once.
+    pub(super) fn solve(&self, airs: [Air; 4], alike: [usize; 4], progress: &(dyn Fn(f64) + Sync)) -> [Moments; 4] {
+        let mut solved: Vec<Moments> = Vec::with_capacity(4);
+        let mut waves = 0..;
         airs.map(|air| {
-            let part = |part: f64| progress((done + part) / 4.0);
-            let solved = Moments::solve(air, self.quality, self.column.polarisation, &part);
-            done += 1.0;
-            solved
+            let wave = waves.next().unwrap_or(0);
+            let moments = match solved.get(alike[wave]) {
+                Some(moments) => moments.clone(),
+                None => {
+                    let part = |part: f64| progress((wave as f64 + part) / 4.0);
+                    Moments::solve(air, self.quality, self.column.polarisation, &part)
+                }
+            };
+            solved.push(moments.clone());
+            moments
         })
     }
 
@@ -87,22 +114,17 @@ impl Artefact for AirMix {
     type Value = AirTables;
 
     fn key(&self) -> String {
-        let AerosolColumn { optical_depth, angstrom, asymmetry, albedo, scale_height_m } = self.column.aerosol;
-        let air = [
-            optical_depth.get(),
-            angstrom.get(),
-            asymmetry.get(),
-            albedo.get(),
-            scale_height_m.get(),
-            self.column.ozone_du.get(),
-            self.column.rayleigh.get(),
-        ];
+        let air = [self.column.aerosol.scale_height_m.get(), self.column.ozone_du.get(), self.column.rayleigh.get()];
+        let particles = self.aerosol.waves.iter().flat_map(|aerosol| [aerosol.depth, aerosol.albedo]);
+        let particles: Vec<f64> = particles.collect();
         let mut hash = Sha256::new();
-        for number in air.iter().chain(&self.ground_albedo) {
+        hash.update(self.aerosol.key.as_bytes());
+        hash.update([0]);
+        for number in air.iter().chain(&particles).chain(&self.ground_albedo).chain(&self.spectrum.wavelengths_nm()) {
             hash.update(number.to_bits().to_le_bytes());
         }
         // Tables that other rules of resolution made are others.
-        for wave in 0..WAVELENGTHS_NM.len() {
+        for wave in 0..4 {
             for number in Resolution::new(self.quality, &self.medium(wave)).numbers() {
                 hash.update((number as u64).to_le_bytes());
             }
@@ -123,7 +145,11 @@ impl Artefact for AirMix {
     }
 
     fn build(&self, progress: &(dyn Fn(f64) + Sync)) -> Result<AirTables, TableError> {
-        Ok(AirTables { key: self.key(), waves: self.solve(self.over_ground(), progress) })
+        Ok(AirTables {
+            key: self.key(),
+            spectrum: self.spectrum,
+            waves: self.solve(self.over_ground(), self.alike(self.ground_albedo), progress),
+        })
     }
 
     fn to_parts(&self, tables: &AirTables) -> Vec<Vec<u8>> {
@@ -132,7 +158,7 @@ impl Artefact for AirMix {
 
     fn read_parts(&self, parts: &[&[u8]]) -> Option<AirTables> {
         let waves = self.read_waves(self.over_ground(), parts)?;
-        Some(AirTables { key: self.key(), waves })
+        Some(AirTables { key: self.key(), spectrum: self.spectrum, waves })
     }
 
     fn bytes(&self, tables: &AirTables) -> usize {

@@ -54,7 +54,8 @@ pub struct CoveredMix {
     pub layers: Vec<CoverLayer>,
 }
 
-/// The channel whose optics of droplets a wavelength has: 640, 580, 525 and 445 nm are near 650, 550, 550 and 450.
+/// The channel whose optics of droplets a wavelength has: 640, 580, 525 and 445 nm are near 650, 550, 550 and 450. Light of a
+/// single wavelength sees each of them.
 const CHANNELS: [usize; 4] = [0, 1, 1, 2];
 
 impl CoverLayer {
@@ -175,7 +176,7 @@ impl Artefact for CoveredMix {
 
     fn build(&self, progress: &(dyn Fn(f64) + Sync)) -> Result<CoveredTables, TableError> {
         let [covers, airless] = self.covers();
-        let waves = self.air.solve(self.airs(&covers), progress);
+        let waves = self.air.solve(self.airs(&covers), self.air.alike(CHANNELS), progress);
         Ok(self.tables(waves, covers, airless))
     }
 

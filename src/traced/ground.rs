@@ -158,7 +158,7 @@ fn in_air(
         ground_albedo: scene.ground_albedo,
         extent_m: scene.extent_m,
         towards_sun: scene.towards_sun,
-        air: air.waves.each_ref().map(|wave| &wave.air.medium),
+        air: air.waves.each_ref().map(|wave| wave.air.whole_medium()),
     };
     let found = colour(&waves(&scene, map, run.size, &run.effort, run.progress, run.stop)?, map);
     let narrow = |values: Vec<f64>| values.into_iter().map(|value| (nearness * value) as f32).collect();

@@ -38,7 +38,7 @@ pub(crate) fn trace_sky(job: &Job, seed: u32, sphere: &Sphere, watch: &Watch) ->
     };
     let mut waves: Vec<Vec<AirRadiance>> = Vec::with_capacity(air.clear.waves.len());
     for (number, wave) in air.clear.waves.iter().enumerate() {
-        let prepared = PreparedAir::new(&wave.air.medium).map_err(failed)?;
+        let prepared = PreparedAir::new(wave.air.whole_medium()).map_err(failed)?;
         let problem = AirProblem {
             air: &prepared,
             ground_albedo: wave.air.boundary.diffuse_albedo,

@@ -21,7 +21,7 @@ const VIEWS: [(f64, f64); 7] =
     [(2.0, 20.0), (12.0, 100.0), (40.0, 180.0), (75.0, 60.0), (-6.0, 150.0), (-30.0, 40.0), (-70.0, 0.0)];
 
 /// Rms of errors that are more than the truth's noise: that is chance in the square of this by at most its spread.
-fn beyond_noise(errors: &Errors) -> f64 {
+pub(crate) fn beyond_noise(errors: &Errors) -> f64 {
     let count = errors.count as f64;
     let noise = errors.noise / count * (1.0 + SPREAD * (2.0 / count).sqrt());
     (errors.rms().powi(2) - noise).max(0.0).sqrt()

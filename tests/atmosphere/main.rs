@@ -6,6 +6,7 @@
 mod formulas;
 mod held_out;
 mod limits;
+mod particles;
 mod parts;
 mod truth;
 

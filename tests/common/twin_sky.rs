@@ -19,6 +19,7 @@ pub(crate) struct Sky {
     pub(crate) base_m: f64,
     /// Layers above it: base, thickness, droplets.
     pub(crate) above: Vec<(f64, Value, Value)>,
+    pub(crate) atmosphere: Value,
 }
 
 impl Sky {
@@ -31,6 +32,7 @@ impl Sky {
             turbulence_m_s: 0.0,
             base_m: 1000.0,
             above: Vec::new(),
+            atmosphere: json!({"sun": [100, 98, 94], "sky": [3, 4, 6]}),
         }
     }
 
@@ -46,7 +48,7 @@ impl Sky {
         let mut scene = json!({
             "domain": {"extent_m": 20_000, "resolution": 64},
             "sun": {"zenith_deg": self.zenith_deg, "azimuth_deg": 150},
-            "atmosphere": {"sun": [100, 98, 94], "sky": [3, 4, 6]},
+            "atmosphere": self.atmosphere,
             "ground": {"albedo": self.albedo},
             "layers": [{
                 "kind": "stratiform", "base_m": self.base_m, "thickness": self.thickness, "droplets": self.droplets,

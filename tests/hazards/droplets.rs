@@ -2,7 +2,8 @@
 
 use skyloom::optics::ensemble::ensemble;
 use skyloom::optics::mie::{Coefficients, RefractiveIndex};
-use skyloom::optics::{Sampling, SizeDistribution, water};
+use skyloom::optics::water::{self, index};
+use skyloom::optics::{Sampling, SizeDistribution};
 
 /// 25: where the downward recurrence starts (1e-4 of extinction at size 800 when too low), the sign of the imaginary
 /// index (droplets that make light), and too few radii (10 % of ripples).
@@ -25,7 +26,7 @@ fn hazard_25_mie_recurrence_and_sign_of_k() {
     let sizes = SizeDistribution { effective_radius_um: 7.0, broadness: 2.0 };
     let mean = |wavelengths, radii| {
         let sampling = Sampling { wavelengths, radii };
-        ensemble(&sizes, 550.0, None, &sampling, &|_| ()).unwrap()
+        ensemble(&sizes, 550.0, &|nm| index(nm, None), &sampling, &|_| ()).unwrap()
     };
     let usual = Sampling::default();
     let (few, default, many) =

@@ -6,6 +6,7 @@
 
 mod functions;
 mod mixes;
+mod particles;
 mod reference;
 mod spheres;
 mod tables;

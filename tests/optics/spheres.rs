@@ -4,7 +4,8 @@ use std::f64::consts::PI;
 
 use skyloom::optics::ensemble::ensemble;
 use skyloom::optics::mie::{Coefficients, RefractiveIndex, summed_intensity};
-use skyloom::optics::{Sampling, SizeDistribution, WAVELENGTHS_NM, gauss_legendre, moments, water};
+use skyloom::optics::water::{self, index};
+use skyloom::optics::{Sampling, SizeDistribution, WAVELENGTHS_NM, gauss_legendre, moments};
 
 #[test]
 fn single_spheres_match_published_efficiencies() {
@@ -147,7 +148,14 @@ fn grid_resolves_the_largest_droplets() {
     // Integrals over the grid against sums of the series, which know no grid.
     for broadness in [0.5, 2.0, 20.0] {
         let sizes = SizeDistribution { effective_radius_um: 50.0, broadness };
-        let mean = ensemble(&sizes, WAVELENGTHS_NM[2], None, &Sampling { wavelengths: 3, radii: 60 }, &|_| {}).unwrap();
+        let mean = ensemble(
+            &sizes,
+            WAVELENGTHS_NM[2],
+            &|nm| index(nm, None),
+            &Sampling { wavelengths: 3, radii: 60 },
+            &|_| {},
+        )
+        .unwrap();
         println!(
             "b {broadness}: norm - 1 {:.1e}, g {:.1e}",
             mean.raw_norm - 1.0,
@@ -165,7 +173,7 @@ fn the_number_of_threads_changes_no_bit() {
     let run = |threads| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
         pool.install(|| {
-            let mean = ensemble(&sizes, WAVELENGTHS_NM[1], None, &sampling, &|_| {}).unwrap();
+            let mean = ensemble(&sizes, WAVELENGTHS_NM[1], &|nm| index(nm, None), &sampling, &|_| {}).unwrap();
             (moments(&mean.phase, 100), mean.cross_section_um2, mean.phase)
         })
     };
