@@ -6,7 +6,7 @@
 @group(0) @binding(4) var around: sampler;         // repeats as the domain does, ends above and below
 @group(0) @binding(5) var tiling: sampler;         // repeats in all directions
 
-const CUMULUS_BLOCK: f32 = 8.0;
+const CUMULUS_BLOCK: f32 = 4.0;
 // Steps of a view ray and of a sun ray, at most.
 const CUMULUS_VIEW_STEPS: u32 = 2048u;
 const CUMULUS_SUN_STEPS: u32 = 512u;

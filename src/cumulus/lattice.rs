@@ -74,7 +74,7 @@ impl Lattice {
         let size = [across, across, up];
         let grid = Grid { size, cell_m, floor_m, extent_m: volume.extent_m };
         let cells = Cells::new(volume, lighting, &grid);
-        let lines = Lines::new(&cells.places, size, cell_m);
+        let lines = Lines::new(&cells.places, &cells.slots, size, cell_m);
         let colour = |c: [f64; 3]| Vec4::new(c[0] as f32, c[1] as f32, c[2] as f32, 0.0);
         let scattering = lighting.scattering;
         let border = Border {
@@ -84,12 +84,12 @@ impl Lattice {
             asymmetry: colour(scattering.map(|s| 3.0 * s.asymmetry)),
             towards_sun: lighting.towards_sun.as_vec3(),
         };
-        let mut state: Vec<State> = vec![State::default(); cells.places.len()];
+        let clouds = cells.optics.len();
+        let mut state: Vec<State> = vec![State::default(); clouds];
         let mut mixing = Mixing::default();
-        let (mut iterations, mut change, mut leaving) = (0, 0.0, Default::default());
+        let (mut iterations, mut change) = (0, 0.0);
         while iterations < MAX_ITERATIONS && !state.is_empty() {
-            let (next, gone) = sweep(&cells, &lines, &border, &state);
-            leaving = gone;
+            let (next, _) = sweep(&cells, &lines, &border, &state, clouds);
             iterations += 1;
             change = mixing::change(&state, &next);
             if change < SETTLED {
@@ -98,6 +98,8 @@ impl Lattice {
             }
             state = mixing.mix(state, next);
         }
+        // Between cubes of cloud and of clear air light is read from both.
+        let (state, leaving) = sweep(&cells, &lines, &border, &state, cells.places.len());
         let mut lattice = Self {
             size,
             cell_m,
@@ -111,10 +113,10 @@ impl Lattice {
             iterations,
             change,
         };
-        for ((place, state), depth) in cells.places.iter().zip(&state).zip(&cells.sun_depth) {
+        for ((place, slot), depth) in cells.places.iter().zip(&cells.slots).zip(&cells.sun_depth) {
             let number = grid.number(place.map(i64::from));
             for (c, light) in lattice.light.iter_mut().enumerate() {
-                light[number] = state.0.map(|part| part[c]);
+                light[number] = state[*slot as usize].0.map(|part| part[c]);
             }
             lattice.sun_depth[number] = *depth;
         }

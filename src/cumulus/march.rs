@@ -1,7 +1,7 @@
 //! A ray's way through a volume: leaps over clear air, steps as long as the next surface is far, short ones at the surface.
 
-use super::volume::{BLOCK, Volume};
-use glam::{DVec3, dvec3};
+use super::volume::{BLOCK, Volume, floor};
+use glam::{DVec3, IVec3, dvec3};
 
 /// Steps of a ray, at most: far below what an invocation on a common software driver may take in all.
 const MAX_STEPS: u32 = 4096;
@@ -111,15 +111,17 @@ impl Volume {
     fn leap_m(&self, place: DVec3, towards: DVec3) -> f64 {
         let corner = dvec3(-0.5 * self.extent_m, -0.5 * self.extent_m, self.floor_m);
         let block_m = self.voxel_m * BLOCK as f64;
-        let block = ((place - corner) / block_m).floor();
-        let leap = self.leap_at(block.as_ivec3());
+        let block = (place - corner) / block_m;
+        let block = [block.x, block.y, block.z].map(|at| floor(at) as i32);
+        let block = IVec3::from_array(block);
+        let leap = self.leap_at(block);
         if leap == 0 {
             return 0.0;
         }
         // Out of the cube of clear blocks around this one.
         let reach = f64::from(leap - 1);
         let ahead = DVec3::select(towards.cmpge(DVec3::ZERO), DVec3::splat(1.0 + reach), DVec3::splat(-reach));
-        let out = (corner + (block + ahead) * block_m - place) / towards;
+        let out = (corner + (block.as_dvec3() + ahead) * block_m - place) / towards;
         let out = [out.x, out.y, out.z].into_iter().filter(|out| out.is_finite()).fold(f64::INFINITY, f64::min);
         out.max(0.0) + 1e-3 * self.voxel_m
     }

@@ -1,6 +1,8 @@
 //! Noise that makes the surface of a cumulus rugged.
 
 use super::hash::pcg3d;
+use super::volume::floor;
+use glam::DVec3;
 use std::sync::OnceLock;
 
 /// Samples a side of the tile.
@@ -43,13 +45,13 @@ impl Relief {
     }
 
     /// The noise at a place, metres: linear between samples.
-    pub fn at(&self, place: glam::DVec3) -> f64 {
+    pub fn at(&self, place: DVec3) -> f64 {
         let samples = Self::samples();
         let texel = place / self.tile_m * SIDE as f64 - 0.5;
-        let (low, part) = (texel.floor(), texel - texel.floor());
-        let wrap = |value: f64, step: usize| (value as i64 + step as i64).rem_euclid(SIDE as i64) as usize;
-        let (x, y, z) =
-            ([0, 1].map(|s| wrap(low.x, s)), [0, 1].map(|s| wrap(low.y, s)), [0, 1].map(|s| wrap(low.z, s)));
+        let low = [texel.x, texel.y, texel.z].map(floor);
+        let part = texel - DVec3::new(low[0] as f64, low[1] as f64, low[2] as f64);
+        // The side is a power of two.
+        let [x, y, z] = low.map(|low| [0, 1].map(|step| (low + step) as usize & (SIDE - 1)));
         let along = |y: usize, z: usize| {
             let row = SIDE * (y + SIDE * z);
             let (a, b) = (f64::from(samples[row + x[0]]), f64::from(samples[row + x[1]]));
@@ -100,7 +102,7 @@ fn gradient_noise(place: [f64; 3], period: u32, seed: u32) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use glam::{DVec3, dvec3};
+    use glam::dvec3;
 
     #[test]
     fn noise_is_even_bounded_and_without_seams() {

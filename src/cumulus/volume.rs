@@ -11,7 +11,7 @@ const SAMPLES: f64 = 64e6;
 /// Samples a side, at most: what a device of WebGPU's default limits takes in three dimensions.
 const MAX_SIDE: f64 = 2048.0;
 /// Samples a side of a block, the unit in which rays leap over clear air.
-pub(super) const BLOCK: usize = 8;
+pub(super) const BLOCK: usize = 4;
 /// Leaps are as long as so many blocks, at most.
 const FARTHEST: u8 = 15;
 
@@ -208,24 +208,26 @@ impl Volume {
                 };
                 marked[number] || other(-1) || other(1)
             };
-            (0..marked.len()).map(one).collect()
+            (0..marked.len()).into_par_iter().map(one).collect()
         };
         let grown = along(marked, 1, bx, true);
         let grown = along(&grown, bx, by, true);
         along(&grown, bx * by, bz, false)
     }
 
-    /// Whether a place has clear air around it, as far as a block reaches.
-    pub(super) fn is_far(&self, place: DVec3) -> bool {
+    /// Whether a place has clear air around it, as far as `reach_m`.
+    pub(super) fn is_far(&self, place: DVec3, reach_m: f64) -> bool {
+        let blocks = (reach_m / (self.voxel_m * BLOCK as f64)).ceil();
         let corner = dvec3(-0.5 * self.extent_m, -0.5 * self.extent_m, self.floor_m);
-        self.leap_at(((place - corner) / (self.voxel_m * BLOCK as f64)).floor().as_ivec3()) > 1
+        f64::from(self.leap_at(((place - corner) / (self.voxel_m * BLOCK as f64)).floor().as_ivec3())) > blocks
     }
 
     /// How many blocks a ray may leap from a place: 0 where cloud may be.
-    pub fn leap_at(&self, block: IVec3) -> u8 {
-        let [bx, by, bz] = self.blocks.map(|n| n as i32);
-        let (x, y, z) = (block.x.rem_euclid(bx), block.y.rem_euclid(by), block.z.clamp(0, bz - 1));
-        self.leaps[(x + bx * (y + by * z)) as usize]
+    pub(super) fn leap_at(&self, block: IVec3) -> u8 {
+        let [bx, by, bz] = self.blocks;
+        let z = block.z.clamp(0, bz as i32 - 1) as usize;
+        let (x, y) = (wrapped(block.x.into(), bx), wrapped(block.y.into(), by));
+        self.leaps[x + bx * (y + by * z)]
     }
 
     /// Depth below the surface of the spheres: linear between samples, from `-band_m` to `band_m`.
@@ -233,10 +235,14 @@ impl Volume {
         let [nx, ny, nz] = self.size;
         let corner = dvec3(-0.5 * self.extent_m, -0.5 * self.extent_m, self.floor_m);
         let texel = (place - corner) / self.voxel_m - 0.5;
-        let (low, part) = (texel.floor(), texel - texel.floor());
-        let wrap = |value: f64, size: usize| [0, 1].map(|s| (value as i64 + s).rem_euclid(size as i64) as usize);
-        let (x, y) = (wrap(low.x, nx), wrap(low.y, ny));
-        let z = [0, 1].map(|s| (low.z as i64 + s).clamp(0, nz as i64 - 1) as usize);
+        let low = [texel.x, texel.y, texel.z].map(floor);
+        let part = texel - dvec3(low[0] as f64, low[1] as f64, low[2] as f64);
+        let pair = |low: i64, size: usize| {
+            let low = wrapped(low, size);
+            [low, if low + 1 < size { low + 1 } else { 0 }]
+        };
+        let (x, y) = (pair(low[0], nx), pair(low[1], ny));
+        let z = [0, 1].map(|s| (low[2] + s).clamp(0, nz as i64 - 1) as usize);
         let at = |x: usize, y: usize, z: usize| f64::from(self.samples[x + nx * (y + ny * z)]);
         let mix = |a: f64, b: f64, t: f64| a + (b - a) * t;
         let row = |y: usize, z: usize| mix(at(x[0], y, z), at(x[1], y, z), part.x);
@@ -270,4 +276,15 @@ impl Volume {
             false => f64::from(z >= self.base_m),
         }
     }
+}
+
+/// The next whole number below: the library's function costs more than all the rest of a sample.
+pub(super) fn floor(value: f64) -> i64 {
+    let whole = value as i64;
+    whole - i64::from(value < whole as f64)
+}
+
+/// An index in a row that repeats; most are within it.
+fn wrapped(index: i64, size: usize) -> usize {
+    if (0..size as i64).contains(&index) { index as usize } else { index.rem_euclid(size as i64) as usize }
 }

@@ -10,7 +10,7 @@ use std::f64::consts::PI;
 /// Optical depth towards the sun, after the forward peak counts as not scattered, beyond which nothing arrives.
 const DARK: f64 = 12.0;
 /// Over so much of a cube the surface is drawn for sun rays: no finer light can be held.
-const SOFT: f64 = 0.25;
+const SOFT: f64 = 0.5;
 /// A sun ray is followed over so many domains at most.
 const DOMAINS: f64 = 4.0;
 /// Places of samples in a cube along each axis, from its centre in cubes: Gauss's.
@@ -24,6 +24,9 @@ pub(super) struct Cells {
     pub(super) places: Vec<[u32; 3]>,
     /// As of the lattice.
     pub(super) sun_depth: Vec<f32>,
+    /// Where the light of each is kept: of those that hold cloud first.
+    pub(super) slots: Vec<u32>,
+    /// Of those that hold cloud, by their slots.
     pub(super) optics: Vec<Optics>,
 }
 
@@ -90,19 +93,19 @@ impl Cells {
         let sun_depth: Vec<f32> = places.par_iter().map(depth).collect();
         let mut depths = vec![0.0_f32; count];
         numbers.iter().zip(&sun_depth).for_each(|(&number, &depth)| depths[number] = depth);
-        let clear = optics(lighting, &[0.0; COUNT], grid.cell_m, [0.0; COUNT]);
-        let mut optics_of = vec![clear; numbers.len()];
-        let mut index = vec![0_u32; count];
-        (0_u32..).zip(&numbers).for_each(|(at, &number)| index[number] = at);
-        let made: Vec<(u32, Optics)> = cloudy
-            .par_iter()
-            .map(|(number, filled)| {
-                let depths = sample_depths(grid, &depths, grid.place(*number));
-                (index[*number], optics(lighting, filled, grid.cell_m, depths))
-            })
-            .collect();
-        made.into_iter().for_each(|(at, optics)| optics_of[at as usize] = optics);
-        Self { places, sun_depth, optics: optics_of }
+        let optics_of = |(number, filled): &(usize, [f32; COUNT])| {
+            optics(lighting, filled, grid.cell_m, sample_depths(grid, &depths, grid.place(*number)))
+        };
+        let optics: Vec<Optics> = cloudy.par_iter().map(optics_of).collect();
+        let (mut cloud, mut clear) = (0, cloudy.len() as u32);
+        let slot = |&number: &usize| {
+            let is_cloud = cloudy.get(cloud as usize).is_some_and(|(next, _)| *next == number);
+            let next = if is_cloud { &mut cloud } else { &mut clear };
+            *next += 1;
+            *next - 1
+        };
+        let slots = numbers.iter().map(slot).collect();
+        Self { places, sun_depth, slots, optics }
     }
 }
 
@@ -115,7 +118,7 @@ fn samples() -> [DVec3; COUNT] {
 fn densities(volume: &Volume, centre: DVec3, cell_m: f64) -> Option<[f32; COUNT]> {
     // Farther from the surface than half a diagonal nothing changes in the cube.
     let reach = 0.87 * cell_m + volume.relief_m;
-    if volume.is_far(centre) {
+    if volume.is_far(centre, reach) {
         return None;
     }
     let depth = volume.depth(centre);

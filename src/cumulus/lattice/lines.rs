@@ -4,7 +4,7 @@
 pub(super) struct Family {
     /// From one cube to the next.
     pub(super) step: [i32; 3],
-    /// Numbers of cubes, line after line.
+    /// Slots of cubes, line after line.
     pub(super) order: Vec<u32>,
     /// Where each line begins in `order`, and where the last one ends.
     pub(super) starts: Vec<u32>,
@@ -22,13 +22,13 @@ pub(super) struct Lines(pub(super) [Family; 7]);
 const STEPS: [[i32; 3]; 7] = [[1, 0, 0], [0, 1, 0], [0, 0, 1], [1, 1, 1], [1, -1, 1], [-1, 1, 1], [-1, -1, 1]];
 
 impl Lines {
-    /// `places` are those of the cubes, lowest slices first, within a slice along x, then y.
-    pub(super) fn new(places: &[[u32; 3]], size: [usize; 3], cell_m: f64) -> Self {
-        Self(STEPS.map(|step| family(places, size, cell_m, step)))
+    /// `places` are those of the cubes, lowest slices first, within a slice along x, then y; `slots` where their light is kept.
+    pub(super) fn new(places: &[[u32; 3]], slots: &[u32], size: [usize; 3], cell_m: f64) -> Self {
+        Self(STEPS.map(|step| family(places, slots, size, cell_m, step)))
     }
 }
 
-fn family(places: &[[u32; 3]], size: [usize; 3], cell_m: f64, step: [i32; 3]) -> Family {
+fn family(places: &[[u32; 3]], slots: &[u32], size: [usize; 3], cell_m: f64, step: [i32; 3]) -> Family {
     let [nx, ny, nz] = size;
     let (width, lines) = match step {
         [1, 0, 0] => (ny, ny * nz),
@@ -94,5 +94,6 @@ fn family(places: &[[u32; 3]], size: [usize; 3], cell_m: f64, step: [i32; 3]) ->
             before = Some(at(i));
         }
     }
+    order.iter_mut().for_each(|number| *number = slots[*number as usize]);
     Family { step, order, starts, follow }
 }

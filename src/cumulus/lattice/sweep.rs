@@ -9,6 +9,15 @@ use rayon::prelude::*;
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub(super) struct State(pub(super) [Vec4; 4]);
 
+impl State {
+    fn add(&mut self, weight: f32, flux: Vec3, passing: Vec4) {
+        self.0[0] += weight * passing;
+        self.0[1] += flux.x * passing;
+        self.0[2] += flux.y * passing;
+        self.0[3] += flux.z * passing;
+    }
+}
+
 /// What is the same for all cubes.
 pub(super) struct Border {
     /// Radiance from above and from below.
@@ -28,12 +37,19 @@ const GROUPS: [&[usize]; 4] = [&[0, 3], &[1, 4], &[2, 5], &[6]];
 /// Sums over lines that leave the lattice below and above, of what light has gained over that of the border, weighted as flux.
 pub(super) type Leaving = [DVec4; 2];
 
-/// The state after an iteration, and what leaves.
-pub(super) fn sweep(cells: &Cells, lines: &Lines, border: &Border, state: &[State]) -> (Vec<State>, Leaving) {
+/// The state of the first `count` slots after an iteration, and what leaves. `state` is that of the cubes that hold cloud; light passes the
+/// others unchanged.
+pub(super) fn sweep(
+    cells: &Cells,
+    lines: &Lines,
+    border: &Border,
+    state: &[State],
+    count: usize,
+) -> (Vec<State>, Leaving) {
     let sums: Vec<(Vec<State>, Leaving)> = GROUPS
         .par_iter()
         .map(|group| {
-            let (mut sum, mut leaving) = (vec![State::default(); state.len()], Leaving::default());
+            let (mut sum, mut leaving) = (vec![State::default(); count], Leaving::default());
             for &family in *group {
                 run(cells, &lines.0[family], border, state, &mut sum, &mut leaving);
             }
@@ -42,7 +58,7 @@ pub(super) fn sweep(cells: &Cells, lines: &Lines, border: &Border, state: &[Stat
         .collect();
     let [a, b, c, d] = [0, 1, 2, 3].map(|group| sums[group].0.as_slice());
     let leaving = [0, 1].map(|side| sums.iter().map(|(_, leaving)| leaving[side]).sum());
-    let next = (0..state.len())
+    let next = (0..count)
         .into_par_iter()
         .map(|i| State(std::array::from_fn(|k| (a[i].0[k] + b[i].0[k]) + (c[i].0[k] + d[i].0[k]))))
         .collect();
@@ -72,17 +88,19 @@ fn run(cells: &Cells, family: &Family, border: &Border, state: &[State], sum: &m
             let flux = towards * weight;
             let mut visit = |number: u32, follow: f32, keep: bool| {
                 radiance = border_radiance + follow * (radiance - border_radiance);
-                let (optics, State([mean, x, y, z])) = (&cells.optics[number as usize], &state[number as usize]);
+                let number = number as usize;
+                let Some(State([mean, x, y, z])) = state.get(number) else {
+                    if let Some(sum) = sum.get_mut(number).filter(|_| keep) {
+                        sum.add(weight, flux, radiance);
+                    }
+                    return;
+                };
+                let optics = &cells.optics[number];
                 let scattered = optics.sun * sun + *mean + along[0] * *x + along[1] * *y + along[2] * *z;
                 let source = (border.albedo * scattered).max(Vec4::ZERO);
                 let from = radiance - source;
                 if keep {
-                    let passing = source + from * optics.mean[diagonal];
-                    let sum = &mut sum[number as usize].0;
-                    sum[0] += weight * passing;
-                    sum[1] += flux.x * passing;
-                    sum[2] += flux.y * passing;
-                    sum[3] += flux.z * passing;
+                    sum[number].add(weight, flux, source + from * optics.mean[diagonal]);
                 }
                 radiance = source + from * optics.transmittance[diagonal];
             };
