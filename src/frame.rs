@@ -1,7 +1,7 @@
 //! From a moment to the host structs that the passes take: the only place where double precision becomes single.
 
 use crate::cumulus::Volume;
-use crate::cumulus::lattice::{Lattice, Lighting};
+use crate::cumulus::lattice::Lighting;
 use crate::gpu::layout::{Backdrop, Cumulus, Frame, Medium, Placement, SkyView, Sun, SunMaps, View};
 use crate::moment::Moment;
 use crate::plan::SkyDetail;
@@ -75,12 +75,12 @@ pub(crate) fn clear(moment: &Moment) -> Frame {
     Frame { sun: sun(moment, 1), ..Frame::default() }
 }
 
-/// A layer of cumulus; its lattice where its light is wanted.
+/// A layer of cumulus; side of the cubes of its lattice and its floor where its light is wanted.
 pub(crate) fn cumulus(
     volume: &Volume,
     lighting: &Lighting,
     beam: [f64; 3],
-    lattice: Option<&Lattice>,
+    lattice: Option<[f64; 2]>,
     drift_m: DVec2,
     [tile_m, sun_diameter]: [f64; 2],
 ) -> Cumulus {
@@ -108,8 +108,8 @@ pub(crate) fn cumulus(
         offset_m: single(drift_m.to_array()),
         tile_m: tile_m as f32,
         sun_radius: (0.5 * sun_diameter) as f32,
-        cell_m: lattice.map_or(1.0, |lattice| lattice.cell_m) as f32,
-        lattice_floor_m: lattice.map_or(0.0, |lattice| lattice.floor_m) as f32,
+        cell_m: lattice.map_or(1.0, |[cell_m, _]| cell_m) as f32,
+        lattice_floor_m: lattice.map_or(0.0, |[_, floor_m]| floor_m) as f32,
         ..Cumulus::default()
     }
 }

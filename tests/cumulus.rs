@@ -268,3 +268,24 @@ fn dressed_light_of_a_thin_piece_is_scattered_once() {
         }
     }
 }
+
+/// Spheres that would take hours to draw finely are drawn coarsely, and columns of cloud as high as scenes allow fit a device.
+#[test]
+fn many_large_spheres_and_high_columns_are_bounded() {
+    let spheres = |count: usize, radius_m: f64, height_m: f64| {
+        let place = |i: usize| (i as f64 * 0.618_033_988_749).fract() - 0.5;
+        let one = |i: usize| Sphere {
+            centre: DVec3::new(1000.0 * place(i), 1000.0 * place(3 * i), height_m * (place(7 * i) + 0.5)),
+            radius_m,
+        };
+        (0..count).map(one).collect()
+    };
+    let body = |spheres| Body { spheres, base_m: 0.0, edge_m: 20.0, relief_m: 7.0, extent_m: 1000.0 };
+    for volume in
+        [Volume::new(&body(spheres(20_000, 500.0, 3000.0))), Volume::new(&body(spheres(20_000, 5.0, 30_000.0)))]
+    {
+        assert!(volume.size.into_iter().all(|side| side <= 2048), "{:?}", volume.size);
+        let seen = volume.length_m(Ray { from: DVec3::ZERO, towards: DVec3::Z }, 1e5, 1e9, 0.0);
+        assert!(seen.is_finite() && seen >= 0.0);
+    }
+}

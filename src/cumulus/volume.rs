@@ -10,6 +10,11 @@ use rayon::prelude::*;
 const SAMPLES: f64 = 64e6;
 /// Samples a side, at most: what a device of WebGPU's default limits takes in three dimensions.
 const MAX_SIDE: f64 = 2048.0;
+/// Samples above each other, at most, with those that are added around the clouds.
+const HIGHEST: f64 = 2000.0;
+/// Samples that all spheres reach together, at most, each counted by itself: some seconds of work. A hundred thousand spheres as large as the
+/// domain would take hours.
+const MOST_WORK: f64 = 3e9;
 /// Samples a side of a block, the unit in which rays leap over clear air.
 pub(super) const BLOCK: usize = 4;
 /// Leaps are as long as so many blocks, at most.
@@ -54,7 +59,8 @@ impl Volume {
         let bottom_m = if body.spheres.is_empty() { body.base_m } else { lowest.max(body.base_m) };
         let top_m = highest.max(bottom_m) + body.relief_m;
         let height_m = (top_m - bottom_m).max(1e-3 * body.extent_m);
-        let side = (SAMPLES / height_m * body.extent_m).cbrt().min(MAX_SIDE);
+        let side = (SAMPLES / height_m * body.extent_m).cbrt().min(MAX_SIDE).min(HIGHEST * body.extent_m / height_m);
+        let side = side.min(affordable(body));
         // Finer than this no edge can be seen.
         let side = side.min(body.extent_m / 2.0).max(1.0);
         let across = BLOCK * (side / BLOCK as f64).floor().max(1.0) as usize;
@@ -287,4 +293,11 @@ pub(super) fn floor(value: f64) -> i64 {
 /// An index in a row that repeats; most are within it.
 fn wrapped(index: i64, size: usize) -> usize {
     if (0..size as i64).contains(&index) { index as usize } else { index.rem_euclid(size as i64) as usize }
+}
+
+/// Samples a side of the domain at which a body's spheres reach no more than [`MOST_WORK`] of them.
+fn affordable(body: &Body) -> f64 {
+    let reach_m = |sphere: &Sphere| (2.0 * (sphere.radius_m + body.edge_m + body.relief_m)).min(2.0 * body.extent_m);
+    let volume_m3: f64 = body.spheres.iter().map(|sphere| reach_m(sphere).powi(3)).sum();
+    body.extent_m * (MOST_WORK / volume_m3.max(f64::MIN_POSITIVE)).cbrt()
 }

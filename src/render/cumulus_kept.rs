@@ -122,17 +122,17 @@ impl CumulusKept {
         let made = match lit {
             false => None,
             true => Some(self.lights.get_or_make((key, lighting), || {
-                Arc::new(CumulusLit::new(gpu, Lattice::solve(&field.host, &lighting)))
+                Arc::new(CumulusLit::new(gpu, &Lattice::solve(&field.host, &lighting)))
             })),
         };
         let added = made.as_ref().map_or([0.0; 3], |made| {
             [0, 1, 2].map(|c| {
                 let scattered = light.cosine() * lighting.sun[c] * (through.forward[c] - through.beam[c]).max(0.0);
                 let sky = if scene.layers.is_empty() { PI * light.sky[c] } else { 0.0 };
-                sky + made.host.added[0][c] + scattered
+                sky + made.added[0][c] + scattered
             })
         });
-        let lattice = made.as_ref().map(|made| &made.host);
+        let lattice = made.as_ref().map(|made| [made.cell_m, made.floor_m]);
         let relief_m = Relief::new(extent_m).tile_m();
         let frame = frame::cumulus(&field.host, &lighting, beam, lattice, drift, [relief_m, light.sun_diameter]);
         let seen = made.map(|made| {

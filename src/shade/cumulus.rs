@@ -34,14 +34,17 @@ impl CumulusField {
 
 /// Its light, scattered many times.
 pub(crate) struct CumulusLit {
-    pub(crate) host: Lattice,
+    /// As of the lattice.
+    pub(crate) cell_m: f64,
+    pub(crate) floor_m: f64,
+    pub(crate) added: [[f64; 3]; 2],
     light: [wgpu::TextureView; 3],
     sun_depth: wgpu::TextureView,
 }
 
 impl CumulusLit {
     /// Brings a lattice to the device.
-    pub(crate) fn new(gpu: &Gpu, host: Lattice) -> Self {
+    pub(crate) fn new(gpu: &Gpu, host: &Lattice) -> Self {
         let size = host.size.map(|n| n as u32);
         let half = |value: f32| f16::from_f32(value.clamp(-65504.0, 65504.0));
         let light = host.light.each_ref().map(|light| {
@@ -50,7 +53,7 @@ impl CumulusLit {
         });
         let depths: Vec<f16> = host.sun_depth.iter().map(|&depth| half(depth)).collect();
         let sun_depth = gpu.volume_from("sun_depth", size, wgpu::TextureFormat::R16Float, &depths);
-        Self { host, light, sun_depth }
+        Self { cell_m: host.cell_m, floor_m: host.floor_m, added: host.added, light, sun_depth }
     }
 }
 

@@ -24,9 +24,14 @@ fn optical_depths_by_wavelength_are_the_published_ones() {
     for (nm, absorption) in ozone.into_iter().chain([(640.0, 0.0804), (380.0, 0.0), (780.0, 0.0)]) {
         assert_eq!(ozone_absorption(nm), absorption, "{nm}");
     }
-    for nm in 300..900 {
+    for nm in 350..1000 {
         let absorption = ozone_absorption(f64::from(nm));
         assert!((0.0..=0.12).contains(&absorption));
+    }
+    // In the ultraviolet ozone takes ever more, the shorter the wave.
+    for nm in 300..350 {
+        let [here, next] = [nm, nm + 1].map(|nm| ozone_absorption(f64::from(nm)));
+        assert!(here >= next && here <= 10.0, "{nm}: {here}, {next}");
     }
 }
 
