@@ -21,6 +21,7 @@ const FILES: &[(&str, &str, &str)] = &[
     ("broken", "Broken clouds", include_str!("../../config/scenes/broken.json")),
     ("uniform", "Uniform layer", include_str!("../../config/scenes/uniform.json")),
     ("fair-weather", "Fair-weather cumulus", include_str!("../../config/scenes/fair-weather.json")),
+    ("congestus", "Towering cumulus", include_str!("../../config/scenes/congestus.json")),
     ("layers", "Broken clouds under a thin sheet", include_str!("../../config/scenes/layers.json")),
     ("snow", "Broken clouds over snow", include_str!("../../config/scenes/snow.json")),
 ];

@@ -43,7 +43,8 @@ struct FieldKey {
     time_s: Option<f64>,
 }
 
-/// What comes through to the ground in the mean, as parts of the sun's light: all that goes on nearly straight, and what of it counts as the beam.
+/// What comes through to the ground in the mean, as parts of the sun's light: all that goes on nearly straight, and what of it counts
+/// as the beam.
 struct Through {
     forward: [f64; 3],
     beam: [f64; 3],
@@ -54,9 +55,8 @@ impl CumulusKept {
         Self { fields: Kept::new(KEPT), lights: Kept::new(KEPT), dressed: Kept::new(KEPT) }
     }
 
-    /// The job's layer of cumulus, with its light where that is wanted; `decks` are the numbers and thicknesses of the stratiform
-    /// layers. And the even light that then falls on the
-    /// ground beside that of other layers.
+    /// The job's layer of cumulus, with its light where that is wanted, and the even light that then falls on the ground beside that of
+    /// other layers. `decks` are the numbers and thicknesses of the stratiform layers.
     pub(super) fn inputs(
         &mut self,
         gpu: &Gpu,
