@@ -264,9 +264,53 @@ fn air(criterion: &mut Criterion) {
     group.finish();
 }
 
+/// A layer of cumulus of 20 km: the texture cloud and a panorama, from nothing at a new time, and where the wind alone has moved it.
+fn cumulus(criterion: &mut Criterion) {
+    let mut renderer = Renderer::new(&RendererOptions::default()).expect("a Vulkan driver");
+    let library = TableLibrary::new(None);
+    let clouds = json!({ "coverage": 0.12, "width_m": [300, 1500] });
+    // As many spheres as a field of ten clouds has, which do not grow.
+    let sphere = |i: usize| {
+        let place = |step: f64| ((i as f64 * step).fract() - 0.5) * 1.9e4;
+        json!([place(0.618_034), place(0.414_214), 1000.0 + 200.0 * (i as f64 * 0.302_776).fract(), 80 + i % 7 * 20])
+    };
+    let spheres = json!({ "spheres": (0..3000).map(sphere).collect::<Vec<_>>() });
+    let mut group = criterion.benchmark_group("cumulus");
+    group.sample_size(10);
+    let mut run = 0;
+    for (name, shape, texture) in [
+        ("cloud, new time", &clouds, "cloud"),
+        ("cloud, drifted", &spheres, "cloud"),
+        ("panorama, drifted", &spheres, "sky"),
+    ] {
+        let mut layer = json!({ "kind": "cumulus", "base_m": 900, "wind": { "speed_m_s": 8, "from_deg": 250 },
+            "droplets": { "henyey_greenstein": 0.85, "extinction_per_m": 0.04 } });
+        layer.as_object_mut().unwrap().extend(shape.as_object().unwrap().clone());
+        let scene = json!({ "domain": { "extent_m": 20000, "resolution": 512 },
+            "sun": { "zenith_deg": 50, "azimuth_deg": 160 },
+            "atmosphere": { "sun": [98, 94, 87], "sky": [2.6, 3.8, 6.2] }, "layers": [layer] });
+        let scene = Arc::new(Scene::from_json(scene.to_string().as_bytes()).unwrap());
+        group.bench_function(BenchmarkId::from_parameter(name), |bench| {
+            bench.iter_custom(|count| {
+                let mut total = Duration::ZERO;
+                for _ in 0..count {
+                    run += 1;
+                    let query = [("time".to_owned(), (5 * run).to_string())];
+                    let request = Request::parse(texture, "f32", &query).unwrap();
+                    let job = Job::prepare(Arc::clone(&scene), request, &Images::new(), &library, &|_| ()).unwrap();
+                    let timings = renderer.render(&job, &Watch::default()).unwrap().timings;
+                    total += timings.iter().map(|(_, time)| *time).sum::<Duration>();
+                }
+                total
+            });
+        });
+    }
+    group.finish();
+}
+
 criterion_group! {
     name = benches;
     config = Criterion::default().sample_size(20).warm_up_time(Duration::from_millis(500)).measurement_time(Duration::from_secs(2));
-    targets = whole_frame, stages, encoders, mixes, air
+    targets = whole_frame, stages, cumulus, encoders, mixes, air
 }
 criterion_main!(benches);

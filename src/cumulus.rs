@@ -22,6 +22,6 @@ pub use cells::{Line, Span};
 pub use highest::highest_m;
 pub use index::Index;
 pub use layer::{body, drift_m};
-pub use march::{Ray, Step, mean_density};
+pub use march::{ROUGH_STEP_M, Ray, STEP, Step, mean_density};
 pub use relief::Relief;
-pub use volume::Volume;
+pub use volume::{BLOCK, Volume};

@@ -6,12 +6,14 @@
 
 use naga::valid::{Capabilities, ValidationFlags, Validator};
 use naga::{Expression, Literal, Module, ShaderStage, TypeInner};
+use skyloom::cumulus::{self, dressed};
 use skyloom::gpu::layout::{
     self, Backdrop, Blend, Blur, Cells, Cumulus, Eddies, Frame, Histogram, Medium, Octaves, Placement, Remainder,
     Share, SkyView, Step, Sun, SunMaps, Transfer, View,
 };
 use skyloom::gpu::shaders::{self, Shader};
 use skyloom::projection::SphereLayout;
+use skyloom::reference::cumulus as seen;
 use skyloom::reference::{air, cloud_sky, path_sampled, sky, sphere};
 use skyloom::slab::fluxes;
 use skyloom::slab::phases as tables;
@@ -172,6 +174,30 @@ fn assert_constants(shader: &Shader, expected: &[(&str, f64)]) {
     for (name, value) in expected {
         // The shader's constant is the host's, rounded to single precision.
         assert_eq!(constant(&module, name), f64::from(*value as f32), "{} {name}", shader.label);
+    }
+}
+
+#[test]
+fn constants_of_cumulus() {
+    let steps = [
+        ("CUMULUS_BLOCK", cumulus::BLOCK as f64),
+        ("CUMULUS_STEP", cumulus::STEP),
+        ("CUMULUS_ROUGH_STEP_M", cumulus::ROUGH_STEP_M),
+    ];
+    let light = [
+        ("CUMULUS_SHARES", seen::SHARES),
+        ("CUMULUS_OPAQUE", seen::OPAQUE),
+        ("CUMULUS_NEAR_SUN", seen::NEAR_SUN),
+        ("CUMULUS_NEAR_SUN_DEPTH", seen::NEAR_SUN_DEPTH),
+        ("CUMULUS_DETOUR", dressed::DETOUR),
+        ("CUMULUS_PATH_SCALE", dressed::PATH_SCALE),
+        ("CUMULUS_PATH_LOG", dressed::PATH_BASE.ln()),
+    ];
+    for shader in [&shaders::CUMULUS_GROUND, &shaders::CUMULUS_THICKNESS] {
+        assert_constants(shader, &steps);
+    }
+    for shader in [&shaders::CUMULUS_PLANE, &shaders::CUMULUS_SKY] {
+        assert_constants(shader, &[&steps[..], &light].concat());
     }
 }
 

@@ -5,9 +5,10 @@ use glam::{DVec3, IVec3, dvec3};
 
 /// Steps of a ray, at most: far below what an invocation on a common software driver may take in all.
 const MAX_STEPS: u32 = 4096;
-/// A step at the surface, in cubes, and metres at most where noise is to be seen.
-const STEP: f64 = 0.4;
-const ROUGH_STEP_M: f64 = 8.0;
+/// A step at the surface, in cubes.
+pub const STEP: f64 = 0.4;
+/// The same where noise is to be seen, metres at most.
+pub const ROUGH_STEP_M: f64 = 8.0;
 
 /// A ray; `towards` is a unit vector.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -16,7 +16,7 @@ const HIGHEST: f64 = 2000.0;
 /// domain would take hours.
 const MOST_WORK: f64 = 3e9;
 /// Samples a side of a block, the unit in which rays leap over clear air.
-pub(super) const BLOCK: usize = 4;
+pub const BLOCK: usize = 4;
 /// Leaps are as long as so many blocks, at most.
 const FARTHEST: u8 = 15;
 
