@@ -174,13 +174,13 @@ fn white_furnace() {
 }
 
 /// What a white ball takes from the sun it sends out, within 3 %, up to extinctions whose mean free path is seen by the lattice. Where one
-/// cube holds several the ball is too dark: those limits are stated.
+/// cube holds several, the target is missed: the ball lacks 6 % at 0.2 per metre and 21 % at 1, and must not lack more.
 #[test]
 fn a_ball_keeps_its_energy() {
     let droplets = Droplets::new(1.0);
     let radius_m = 300.0;
     let volume = Volume::new(&ball(radius_m));
-    for (extinction, allowed) in [(1e-6, 0.03), (1e-3, 0.03), (0.01, 0.03), (0.04, 0.03), (0.2, 0.08), (1.0, 0.2)] {
+    for (extinction, allowed) in [(1e-6, 0.03), (1e-3, 0.03), (0.01, 0.03), (0.04, 0.03), (0.2, 0.07), (1.0, 0.22)] {
         let lighting = droplets.lighting(extinction, DVec3::new(0.6, 0.0, 0.8));
         // The forward peak has most of the light of a thin ball: it is looked at more closely.
         let rays: Vec<(f64, Ray)> = directions(400)
@@ -208,7 +208,7 @@ fn a_ball_keeps_its_energy() {
         };
         let sent = 4.0 * PI * sum / 400.0 / taken;
         println!("extinction {extinction}: sends {sent:.4} of what it takes");
-        assert!((sent - 1.0).abs() < allowed + 0.03, "{extinction}: {sent}");
+        assert!((sent - 1.0).abs() < allowed, "{extinction}: {sent}");
     }
 }
 

@@ -146,7 +146,7 @@ impl Pipeline {
         }
     }
 
-    /// Makes the texels of a job: of a sky, or of a scene that has stratiform clouds.
+    /// Makes the texels of a job: of a sky, or of a scene that has clouds.
     pub(super) fn run(&mut self, job: &Job, watch: &Watch, keep: Keep, clock: &mut Clock) -> Result<Run, RenderError> {
         watch.look()?;
         let (request, needs, all) = (job.request(), job.request().texture().needs(), keep == Keep::Stages);

@@ -79,7 +79,8 @@ pub(super) fn cloud_binds(
     Some(binds)
 }
 
-/// A pass for each stratiform layer; the first is told that nothing lies before it, unless it is drawn `over` something. `None` where something is missing.
+/// A pass for each stratiform layer; the first is told that nothing lies before it, unless it is drawn `over` something. `None` where
+/// something is missing.
 pub(super) fn each<'a>(
     gpu: &Gpu,
     inputs: &'a Inputs<'a>,

@@ -13,7 +13,8 @@ pub(super) struct Family {
 }
 
 /// Each of the 14 directions stands for a wide cone of light. What leaves a cloud along it meets the next cloud as a whole only where that
-/// is close: across a gap of this length, metres, half of the light comes from beside the cloud.
+/// is close: across a gap of this length, metres, half of the light comes from beside the cloud. It is about the size of a cloud, and not
+/// fitted.
 const GAP_M: f64 = 300.0;
 
 /// All families: three along edges, four along diagonals. Light runs along each both ways.
