@@ -72,12 +72,13 @@ impl Renderer {
         &self.pipeline.gpu.summary
     }
 
-    /// Drivers compile a shader at its first dispatch: each runs once on a tiny scene.
+    /// Drivers compile a shader at its first dispatch: each runs once on a tiny scene, whose droplets are black, so that their tables are made
+    /// at once.
     fn warm_up(&mut self) -> Result<(), RenderError> {
         const SCENE: &[u8] = br#"{"domain": {"extent_m": 64, "resolution": 4}, "layers": [
-            {"thickness": {"kind": "stratocumulus"}, "droplets": {"henyey_greenstein": 0, "extinction_per_m": 0.01}},
+            {"thickness": {"kind": "stratocumulus"}, "droplets": {"henyey_greenstein": 0, "albedo": 0, "extinction_per_m": 0.01}},
             {"kind": "cumulus", "base_m": 1100, "spheres": [[0, 0, 1110, 16]],
-             "droplets": {"henyey_greenstein": 0, "extinction_per_m": 0.01}}]}"#;
+             "droplets": {"henyey_greenstein": 0, "albedo": 0, "extinction_per_m": 0.01}}]}"#;
         let scene = Scene::from_json(SCENE).map_err(|_refused| RenderError::Defect("the scene to warm up with"))?;
         let scene = Arc::new(scene);
         let library = TableLibrary::new(None);

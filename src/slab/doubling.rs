@@ -66,12 +66,13 @@ impl Problem {
     /// As [`Self::ladder`], but ends early once `visit` says false.
     pub fn ladder_while(&self, first_depth: f64, doublings: usize, mut visit: impl FnMut(usize, &Slab) -> bool) {
         let mut slab = self.thin(first_depth);
+        let scatters = self.scatters();
         let mut on = visit(0, &slab);
         for k in 1..=doublings {
             if !on {
                 return;
             }
-            slab = self.doubled(&slab);
+            slab = if scatters { self.doubled(&slab) } else { Self::doubled_dark(&slab) };
             on = visit(k, &slab);
         }
     }
@@ -80,6 +81,13 @@ impl Problem {
     #[must_use]
     pub fn phase(&self) -> &PhaseMatrix {
         &self.phase
+    }
+
+    /// Whether anything is scattered in this mode: isotropic scattering has mode 0 alone, black droplets have none.
+    #[must_use]
+    pub fn scatters(&self) -> bool {
+        let some = |matrix: &DMatrix<f64>| matrix.iter().any(|value| *value != 0.0);
+        self.albedo > 0.0 && (some(&self.phase.forward) || some(&self.phase.backward))
     }
 
     /// Number of outgoing directions kept.
@@ -196,6 +204,13 @@ impl Problem {
             Slab { depth: 2.0 * slab.depth, reflection: reflected, transmission: transmitted, extinguished, absorbed };
         self.balance(&mut slab);
         slab
+    }
+
+    /// As [`Self::doubled`] where nothing is scattered.
+    fn doubled_dark(slab: &Slab) -> Slab {
+        let absorbed = slab.absorbed.iter().zip(&slab.extinguished).map(|(taken, lost)| taken * (2.0 - lost)).collect();
+        let extinguished = slab.extinguished.iter().map(|lost| lost * (2.0 - lost)).collect();
+        Slab { depth: 2.0 * slab.depth, extinguished, absorbed, ..slab.clone() }
     }
 
     /// Mode 0: makes reflected + transmitted + absorbed light equal the entering light again.

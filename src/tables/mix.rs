@@ -69,11 +69,11 @@ impl MixTables {
     pub fn build(mix: &Mix, progress: &(dyn Fn(f64) + Sync)) -> Result<Self, TableError> {
         let failed = |reason| TableError::Optics { mix: mix.describe(), reason };
         let channels = optics::channels(mix, &|part| progress(OPTICS_SHARE * part)).map_err(failed)?;
-        let rest = |i: usize, part: f64| progress(OPTICS_SHARE + (1.0 - OPTICS_SHARE) * (i as f64 + part) / 3.0);
-        let table = |i: usize| FluxTable::build(channels[i].albedo, &channels[i].moments, &|part| rest(i, part));
-        let fluxes = [table(0), table(1), table(2)];
-        let phases = channels.each_ref().map(PhaseTables::build);
-        let aureoles = channels.each_ref().map(|channel| Aureole::build(channel.albedo, &channel.moments));
+        let rest = |part: f64| progress(OPTICS_SHARE + (1.0 - OPTICS_SHARE) * part);
+        let fluxes =
+            each(&channels, &rest, |channel, progress| FluxTable::build(channel.albedo, &channel.moments, progress));
+        let phases = each(&channels, &|_| (), |channel, _| PhaseTables::build(channel));
+        let aureoles = each(&channels, &|_| (), |channel, _| Aureole::build(channel.albedo, &channel.moments));
         progress(1.0);
         Ok(Self { mix: mix.clone(), channels, fluxes, phases, aureoles, radiance: Default::default() })
     }
@@ -85,13 +85,27 @@ impl MixTables {
     }
 
     fn build_radiance(&self, detail: Detail, progress: &(dyn Fn(f64) + Sync)) -> Radiance {
-        let table = |i: usize| {
-            let channel = &self.channels[i];
-            let part = |part: f64| progress((i as f64 + part) / 3.0);
-            RadianceTable::build(channel.albedo, &channel.moments, detail.size(), &part)
-        };
-        [table(0), table(1), table(2)]
+        each(&self.channels, progress, |channel, progress| {
+            RadianceTable::build(channel.albedo, &channel.moments, detail.size(), progress)
+        })
     }
+}
+
+/// What is made of each channel; channels alike, as those of a given phase function, share the work.
+fn each<T: Clone>(
+    channels: &[Channel; 3],
+    progress: &(dyn Fn(f64) + Sync),
+    build: impl Fn(&Channel, &(dyn Fn(f64) + Sync)) -> T,
+) -> [T; 3] {
+    let made = |i: usize| build(&channels[i], &|part| progress((i as f64 + part) / 3.0));
+    let red = made(0);
+    let green = if channels[1] == channels[0] { red.clone() } else { made(1) };
+    let blue = match () {
+        () if channels[2] == channels[0] => red.clone(),
+        () if channels[2] == channels[1] => green.clone(),
+        () => made(2),
+    };
+    [red, green, blue]
 }
 
 /// A mix's own tables as an artefact.

@@ -8,13 +8,55 @@ use skyloom::render::{Images, Job, RenderError, Renderer, RendererOptions, Textu
 use skyloom::request::Request;
 use skyloom::scene::Scene;
 use skyloom::tables::{MixTables, TableLibrary};
-use std::sync::Arc;
+use std::ops::{Deref, DerefMut};
+use std::sync::{Arc, LazyLock, Mutex, PoisonError};
 
 pub(crate) struct Sky {
-    pub(crate) renderer: Renderer,
-    library: TableLibrary,
+    pub(crate) renderer: Lent,
     images: Images,
     last: Vec<Arc<MixTables>>,
+}
+
+/// A renderer that the next test takes over: opening one takes longer than most tests.
+pub(crate) struct Lent {
+    renderer: Option<Renderer>,
+    /// Opened with the default options, as the next one wants it.
+    again: bool,
+}
+
+static RENDERERS: Mutex<Vec<Renderer>> = Mutex::new(Vec::new());
+/// Tables of all tests of a binary.
+static LIBRARY: LazyLock<TableLibrary> = LazyLock::new(|| TableLibrary::new(None));
+
+impl Lent {
+    fn take() -> Self {
+        let used = RENDERERS.lock().unwrap_or_else(PoisonError::into_inner).pop();
+        let open = || Renderer::new(&RendererOptions::default()).expect("a Vulkan driver (see README)");
+        Self { renderer: Some(used.unwrap_or_else(open)), again: true }
+    }
+}
+
+impl Deref for Lent {
+    type Target = Renderer;
+
+    fn deref(&self) -> &Renderer {
+        self.renderer.as_ref().expect("lent until it is dropped")
+    }
+}
+
+impl DerefMut for Lent {
+    fn deref_mut(&mut self) -> &mut Renderer {
+        self.renderer.as_mut().expect("lent until it is dropped")
+    }
+}
+
+impl Drop for Lent {
+    fn drop(&mut self) {
+        // A failed test may leave a broken device behind.
+        if let Some(renderer) = self.renderer.take().filter(|_| self.again && !std::thread::panicking()) {
+            RENDERERS.lock().unwrap_or_else(PoisonError::into_inner).push(renderer);
+        }
+    }
 }
 
 /// A layer of Henyey-Greenstein scatterers, which needs no Mie tables.
@@ -31,12 +73,16 @@ pub(crate) fn mean(texture: &Texture, channel: usize) -> f64 {
 
 impl Sky {
     pub(crate) fn open() -> Self {
-        Self::with(&RendererOptions::default())
+        Self::of(Lent::take())
     }
 
     pub(crate) fn with(options: &RendererOptions) -> Self {
         let renderer = Renderer::new(options).expect("a Vulkan driver (see README)");
-        Self { renderer, library: TableLibrary::new(None), images: Images::new(), last: Vec::new() }
+        Self::of(Lent { renderer: Some(renderer), again: false })
+    }
+
+    fn of(renderer: Lent) -> Self {
+        Self { renderer, images: Images::new(), last: Vec::new() }
     }
 
     pub(crate) fn add_image(&mut self, width: u32, height: u32, data: Vec<f32>) -> String {
@@ -63,7 +109,7 @@ impl Sky {
         let scene = Scene::from_json(scene.to_string().as_bytes()).expect("a valid scene");
         let query: Vec<_> = query.iter().map(|(name, value)| ((*name).to_owned(), (*value).to_owned())).collect();
         let request = Request::parse(texture, format, &query).expect("a valid request");
-        Job::prepare(Arc::new(scene), request, &self.images, &self.library, &|_| ())
+        Job::prepare(Arc::new(scene), request, &self.images, &LIBRARY, &|_| ())
     }
 
     pub(crate) fn render(&mut self, scene: &Value, texture: &str, query: &[(&str, &str)]) -> Texture {

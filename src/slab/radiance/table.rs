@@ -279,6 +279,9 @@ impl Grid {
     fn ladder(&self, medium: &ScaledMedium, mode: usize, step: usize) -> Vec<ModeRow> {
         let size = self.size;
         let problem = Problem::new(medium, mode, &self.directions, Outgoing::All);
+        if !problem.scatters() {
+            return Vec::new();
+        }
         let end = if step == 0 { LAST_LOG2_DEPTH } else { SPARSE_LOG2_DEPTH - 1 };
         let doublings = DOUBLINGS_BEFORE + (end - FIRST_LOG2_DEPTH) as usize;
         let first = size.depth(step) * (-(DOUBLINGS_BEFORE as f64)).exp2() * medium.depth_scale;
