@@ -27,6 +27,7 @@ mod slab;
 mod statistics;
 mod truth;
 mod validity;
+mod veil;
 
 use crate::tables::TableLibrary;
 

@@ -27,6 +27,8 @@ macro_rules! named {
 /// How slab light is computed, as a request asks for it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Method {
+    /// A veil that scatters sunlight forwards and the rest evenly: exact in flux, rough in radiance.
+    Forward,
     /// The model of 2006, repaired: orders 0, 1, 2 in closed form; all higher orders isotropic, closed against the paper's
     /// fluxes for its own droplets (7 um, broadness 2), against exact ones for others.
     Analytic,
@@ -39,6 +41,7 @@ pub enum Method {
 
 named! {
     Method:
+    Forward = "forward",
     Analytic = "analytic",
     Tabulated = "tabulated",
     Reference(Reference { seed: Reference::SEED }) = "reference"
@@ -66,7 +69,7 @@ impl Method {
     pub fn reference(self) -> Option<Reference> {
         match self {
             Self::Reference(reference) => Some(reference),
-            Self::Analytic | Self::Tabulated => None,
+            Self::Forward | Self::Analytic | Self::Tabulated => None,
         }
     }
 }
@@ -74,6 +77,8 @@ impl Method {
 /// A fast method of slab light with the size of its tables: what a plan settles on.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum SlabMethod {
+    /// A lobe around the sun, and even light.
+    Forward,
     /// Closed forms of the first orders.
     Analytic,
     /// Tables of the exact solution, of a size.
@@ -82,7 +87,8 @@ pub enum SlabMethod {
 
 impl SlabMethod {
     /// Every one, cheap to exact.
-    pub const ALL: [Self; 4] = [
+    pub const ALL: [Self; 5] = [
+        Self::Forward,
         Self::Analytic,
         Self::Tabulated(Detail::Coarse),
         Self::Tabulated(Detail::Fine),
@@ -92,6 +98,7 @@ impl SlabMethod {
     /// What a request asks for to get it, in one of its sizes.
     pub fn asked_as(self) -> Method {
         match self {
+            Self::Forward => Method::Forward,
             Self::Analytic => Method::Analytic,
             Self::Tabulated(_) => Method::Tabulated,
         }
@@ -100,6 +107,7 @@ impl SlabMethod {
     /// Its name with its size.
     pub fn name(self) -> &'static str {
         match self {
+            Self::Forward => "forward",
             Self::Analytic => "analytic",
             Self::Tabulated(Detail::Coarse) => "tabulated coarse",
             Self::Tabulated(Detail::Fine) => "tabulated fine",
@@ -111,6 +119,7 @@ impl SlabMethod {
     /// sun the two finer sizes err by up to 2.5 times as much.
     pub fn error(self) -> f64 {
         match self {
+            Self::Forward => 0.7,
             Self::Analytic => 0.9,
             Self::Tabulated(Detail::Coarse) => 0.03,
             Self::Tabulated(Detail::Fine) => 0.006,
@@ -121,7 +130,7 @@ impl SlabMethod {
     /// Size of the radiance tables that it reads, if it does.
     pub fn detail(self) -> Option<Detail> {
         match self {
-            Self::Analytic => None,
+            Self::Forward | Self::Analytic => None,
             Self::Tabulated(detail) => Some(detail),
         }
     }

@@ -15,6 +15,7 @@ pub mod base_light;
 pub mod blur;
 pub mod cloud;
 pub mod cloud_analytic;
+pub mod cloud_forward;
 pub mod cloud_plane;
 pub mod cloud_sky;
 pub mod cloud_tabulated;

@@ -16,3 +16,4 @@ pub mod phase_matrix;
 pub mod phases;
 pub mod quadrature;
 pub mod radiance;
+pub mod veil;

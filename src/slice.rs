@@ -10,6 +10,7 @@ use crate::slab::fluxes::{DEPTH_COUNT, DEPTHS_PER_OCTAVE, FluxTable, MU_COUNT, r
 use crate::slab::forward::forward_albedo_seen;
 use crate::slab::phases::{AUREOLE_COLUMNS, AUREOLE_ROWS, PEAK_DEG, PHASE_COLUMNS, PhaseTables, phase_angle};
 use crate::slab::radiance::{Scaling, Side, Slice, TableSize, aureole};
+use crate::slab::veil::Veil;
 use crate::tables::{MixTables, Radiance};
 use half::f16;
 use rayon::prelude::*;
@@ -17,6 +18,8 @@ use std::f64::consts::PI;
 
 /// Quantities of the closure's table: factors of orders 1 and 2, flux of the higher ones; reflected, then transmitted.
 pub const CLOSURE_ROWS: usize = 6;
+/// Quantities of the veil's table: see [`Veil`].
+pub const VEIL_ROWS: usize = 4;
 /// Quantities of the phase functions' table.
 pub const PHASE_ROWS: usize = 3;
 
@@ -130,6 +133,8 @@ impl HostSlice {
 /// What a method of slab light keeps for one droplet mix and one sun.
 #[derive(Debug, Clone, PartialEq)]
 pub enum HostSlab {
+    /// A veil: see [`veil`].
+    Forward(HostMap),
     /// The closure of the orders: see [`closure`].
     Analytic(HostMap),
     /// The radiance tables cut at the sun.
@@ -141,6 +146,7 @@ impl HostSlab {
     /// if nobody made them before.
     pub fn new(method: SlabMethod, tables: &MixTables, ratio: [f64; 3], cosine: f64) -> Self {
         match method {
+            SlabMethod::Forward => Self::Forward(veil(tables, ratio, cosine)),
             SlabMethod::Analytic => Self::Analytic(closure(tables, ratio, cosine)),
             SlabMethod::Tabulated(detail) => {
                 Self::Tabulated(HostSlice::new(&tables.radiance(detail, &|_| ()), ratio, cosine))
@@ -208,6 +214,21 @@ pub fn closure(tables: &MixTables, ratio: [f64; 3], cosine_sun: f64) -> HostMap 
             _ => rows[i].higher_flux,
         };
         pick(low) + (pick(low + 1) - pick(low)) * (place - low as f64)
+    })
+}
+
+/// The veil under one sun, as a texture: columns of optical depth at 550 nm, [`VEIL_ROWS`] rows.
+pub fn veil(tables: &MixTables, ratio: [f64; 3], cosine_sun: f64) -> HostMap {
+    let veil = |depth: &f64| -> [Veil; 3] {
+        std::array::from_fn(|c| {
+            let (channel, fluxes) = (&tables.channels[c], &tables.fluxes[c]);
+            Veil::new(fluxes, channel.albedo * channel.moments[1], depth * ratio[c], cosine_sun)
+        })
+    };
+    let veils: Vec<[Veil; 3]> = FluxTable::optical_depths().par_iter().map(veil).collect();
+    interleave(DEPTH_COUNT, VEIL_ROWS, |x, y, c| {
+        let Veil { glare, exponent, zenith, reflected } = veils[x][c];
+        [glare, exponent, zenith, reflected][y]
     })
 }
 

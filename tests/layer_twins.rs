@@ -75,7 +75,7 @@ impl Maps {
 
 fn of_method(stages: &Stages) -> f64 {
     match stages.slab.as_ref().unwrap() {
-        HostSlab::Analytic(_) => TABLE_REL,
+        HostSlab::Forward(_) | HostSlab::Analytic(_) => TABLE_REL,
         HostSlab::Tabulated(_) => SLICE_REL,
     }
 }
@@ -96,6 +96,7 @@ fn clouds_of_layers_that_are_drawn_together() {
         for query in [
             [("view", "below"), ("direction", "40,20"), ("method", "tabulated")],
             [("view", "below"), ("direction", "48,330"), ("method", "analytic")],
+            [("view", "below"), ("direction", "45,160"), ("method", "forward")],
             [("view", "above"), ("direction", "30,100"), ("method", "tabulated")],
         ] {
             let whole = sky.stages("cloud", &query);

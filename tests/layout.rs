@@ -320,6 +320,8 @@ fn constants_of_the_shade_tables() {
         ("AUREOLE_HALF_SIN_MAX", tables::AUREOLE_HALF_SIN_MAX),
     ];
     assert_constants(&shaders::CLOUD_ANALYTIC, &expected);
+    let veil = [("VEIL_ROWS", skyloom::slice::VEIL_ROWS as f64), ("VEIL_THICK", skyloom::slab::veil::THICK)];
+    assert_constants(&shaders::CLOUD_FORWARD, &veil);
 }
 
 #[test]
@@ -352,7 +354,7 @@ fn constants_of_the_sky() {
         })
         .collect();
     let clouds = [("SKY_OPAQUE", cloud_sky::SKY_OPAQUE), ("PATH_MOST_STEPS", path_sampled::PATH_MOST_STEPS)];
-    for shader in [&shaders::SKY_ANALYTIC, &shaders::SKY_TABULATED] {
+    for shader in [&shaders::SKY_FORWARD, &shaders::SKY_ANALYTIC, &shaders::SKY_TABULATED] {
         assert_constants(shader, &[&sphere[..], &kinds, &clouds].concat());
     }
     assert_constants(&shaders::SKY_ABOVE, &[("AEROSOL_ROWS", air::AEROSOL_ROWS)]);

@@ -3,6 +3,7 @@
 use std::f64::consts::PI;
 
 use super::file::ChartError;
+use super::veil::MediumVeil;
 use crate::optics::{Channel, Mix, PhaseFunction};
 use crate::slab::analytic::{order1_reflected, order1_transmitted, order2_reflected, order2_transmitted};
 use crate::slab::appendix::DROPLETS_PER_M3;
@@ -110,6 +111,11 @@ impl Medium {
 
     fn closed(&self, mu_sun: f64, totals: Totals<'_>) -> Analytic<'_> {
         Analytic { medium: self, mu_sun, closure: self.with_low_orders(totals, |orders| orders.close(mu_sun)) }
+    }
+
+    /// Method "forward" for one sun.
+    pub(super) fn veil(&self, mu_sun: f64) -> MediumVeil<'_> {
+        MediumVeil { fluxes: &self.fluxes, asymmetry: self.channel.albedo * self.channel.moments[1], mu_sun }
     }
 
     /// Tables of method "tabulated".

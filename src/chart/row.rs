@@ -1,7 +1,8 @@
 //! Rows of the chart "slab": the methods that a plan can pick, variations of them, and the reference.
 
-use super::figure::{BLUE, BROWN, GREEN, ORANGE, PURPLE, RED};
+use super::figure::{BLACK, BLUE, BROWN, GREEN, GREY, ORANGE, PURPLE, RED};
 use super::medium::{Medium, Radiance};
+use super::veil::PublishedVeil;
 use crate::method::SlabMethod;
 use crate::tables::Detail;
 use plotters::style::RGBColor;
@@ -14,6 +15,8 @@ const LARGEST_TOLERANCE: f64 = 0.03;
 pub enum SlabRow {
     /// One that a plan can pick.
     Planned(SlabMethod),
+    /// Method "forward" as it was published: see `src/slab/veil.rs`.
+    ForwardPublished,
     /// Method "analytic" closed against exact fluxes for all droplets; as it is, it takes the paper's fluxes for the paper's
     /// droplets (Bouthors et al. 2006, repaired).
     AnalyticExact,
@@ -30,6 +33,7 @@ impl SlabRow {
     pub fn all() -> Vec<Self> {
         let of = |method| match method {
             SlabMethod::Analytic => vec![Self::Planned(method), Self::AnalyticExact],
+            SlabMethod::Forward => vec![Self::ForwardPublished, Self::Planned(method)],
             SlabMethod::Tabulated(_) => vec![Self::Planned(method)],
         };
         SlabMethod::ALL.into_iter().flat_map(of).chain([Self::Reference]).collect()
@@ -40,6 +44,7 @@ impl SlabRow {
     pub fn name(self) -> &'static str {
         match self {
             Self::Planned(method) => method.name(),
+            Self::ForwardPublished => "forward as published",
             Self::AnalyticExact => "analytic with exact fluxes",
             Self::Reference => "reference",
         }
@@ -47,6 +52,8 @@ impl SlabRow {
 
     pub(super) fn colour(self) -> RGBColor {
         match self {
+            Self::ForwardPublished => GREY,
+            Self::Planned(SlabMethod::Forward) => BLACK,
             Self::Planned(SlabMethod::Analytic) => ORANGE,
             Self::AnalyticExact => BROWN,
             Self::Planned(SlabMethod::Tabulated(Detail::Coarse)) => GREEN,
@@ -62,6 +69,7 @@ impl SlabRow {
             Self::Planned(method) => method,
             // They differ in a table's numbers, not in its size.
             Self::AnalyticExact => SlabMethod::Analytic,
+            Self::ForwardPublished => SlabMethod::Forward,
             Self::Reference => return None,
         };
         let tolerance = method.error().min(LARGEST_TOLERANCE).to_string();
@@ -71,6 +79,8 @@ impl SlabRow {
     /// Its radiance in double precision; `None` where each value is a run of its own.
     pub(super) fn under_suns(self, medium: &Medium) -> Option<UnderSuns<'_>> {
         match self {
+            Self::ForwardPublished => Some(Box::new(|mu_sun| Box::new(PublishedVeil { mu_sun }))),
+            Self::Planned(SlabMethod::Forward) => Some(Box::new(|mu_sun| Box::new(medium.veil(mu_sun)))),
             Self::Planned(SlabMethod::Analytic) => Some(Box::new(|mu_sun| Box::new(medium.analytic(mu_sun)))),
             Self::AnalyticExact => Some(Box::new(|mu_sun| Box::new(medium.analytic_exact(mu_sun)))),
             Self::Planned(SlabMethod::Tabulated(detail)) => {

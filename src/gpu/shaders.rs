@@ -93,8 +93,10 @@ shaders! {
     THICKNESS: "thickness", IMAGE, [];
     SHADOW: "shadow", IMAGE, [];
     IRRADIANCE: "irradiance", IMAGE, [];
+    CLOUD_FORWARD: "cloud_forward", IMAGE, [PROJECTION, PATH, SLAB, CLOUD, CLOUD_PLANE];
     CLOUD_ANALYTIC: "cloud_analytic", IMAGE, [PROJECTION, PATH, SLAB, CLOUD, CLOUD_PLANE];
     CLOUD_TABULATED: "cloud_tabulated", IMAGE, [PROJECTION, PATH, SLAB, CLOUD, CLOUD_PLANE];
+    SKY_FORWARD: "sky_forward" of "cloud_forward", IMAGE, [SPHERE, AIR, PATH_SAMPLED, SLAB, CLOUD, CLOUD_SKY];
     SKY_ANALYTIC: "sky_analytic" of "cloud_analytic", IMAGE, [SPHERE, AIR, PATH_SAMPLED, SLAB, CLOUD, CLOUD_SKY];
     SKY_TABULATED: "sky_tabulated" of "cloud_tabulated", IMAGE, [SPHERE, AIR, PATH_SAMPLED, SLAB, CLOUD, CLOUD_SKY];
     CUMULUS_SKY: "cumulus_sky", IMAGE, [SPHERE, AIR, CUMULUS, CUMULUS_LIGHT];

@@ -4,7 +4,7 @@
 use super::frame::vec3;
 use super::map::Map;
 use super::slab::{phase_coordinate, slab_reflectance, slab_transmittance};
-use super::{cloud_analytic, cloud_tabulated};
+use super::{cloud_analytic, cloud_forward, cloud_tabulated};
 use crate::gpu::layout::Frame;
 use crate::slice::{HostSlab, HostTables, PHASE_ROWS};
 use glam::{DVec2, DVec3, DVec4};
@@ -37,6 +37,10 @@ pub type Sunlight<'a> = Box<dyn Fn(&ViewRay) -> DVec3 + Sync + 'a>;
 pub fn sunlight<'a>(frame: &'a Frame, tables: &HostTables, slab: &'a HostSlab) -> Sunlight<'a> {
     let phase = Map::from(&tables.phase);
     match slab {
+        HostSlab::Forward(veil) => {
+            let veil = Map::from(veil);
+            Box::new(move |ray| cloud_forward::sunlight(frame, &veil, ray))
+        }
         HostSlab::Analytic(closure) => {
             let (closure, aureole) = (Map::from(closure), Map::from(&tables.aureole));
             Box::new(move |ray| {

@@ -8,6 +8,8 @@ use std::sync::Arc;
 /// A method, made for one droplet mix and one sun. Clones are the same.
 #[derive(Clone)]
 pub(crate) enum SlabLight {
+    /// The veil.
+    Forward(Arc<Target>),
     /// The closure of the orders.
     Analytic(Arc<Target>),
     /// The radiance tables cut at the sun.
@@ -18,6 +20,7 @@ impl SlabLight {
     /// Brings what a method keeps to the device.
     pub(crate) fn new(gpu: &Gpu, host: &HostSlab) -> Self {
         match host {
+            HostSlab::Forward(veil) => Self::Forward(Arc::new(slice::upload(gpu, "veil", veil))),
             HostSlab::Analytic(closure) => Self::Analytic(Arc::new(slice::upload(gpu, "closure", closure))),
             HostSlab::Tabulated(slice) => Self::Tabulated(Arc::new(DeviceSlice::new(gpu, slice))),
         }
@@ -26,6 +29,7 @@ impl SlabLight {
     /// The shader of the cloud pass.
     pub(crate) fn shader(&self) -> &'static Shader {
         match self {
+            Self::Forward(_) => &shaders::CLOUD_FORWARD,
             Self::Analytic(_) => &shaders::CLOUD_ANALYTIC,
             Self::Tabulated(_) => &shaders::CLOUD_TABULATED,
         }
@@ -34,6 +38,7 @@ impl SlabLight {
     /// The shader of the clouds of a sky.
     pub(crate) fn sky_shader(&self) -> &'static Shader {
         match self {
+            Self::Forward(_) => &shaders::SKY_FORWARD,
             Self::Analytic(_) => &shaders::SKY_ANALYTIC,
             Self::Tabulated(_) => &shaders::SKY_TABULATED,
         }
@@ -42,6 +47,7 @@ impl SlabLight {
     /// What the shader reads beside what all methods do.
     pub(crate) fn binds(&self, gpu: &Gpu, tables: &DeviceTables, from_above: bool) -> Vec<Bind> {
         match self {
+            Self::Forward(veil) => binds![&**veil],
             Self::Analytic(closure) => binds![&**closure, &tables.aureole],
             Self::Tabulated(slice) => {
                 let side = &slice.sides[usize::from(!from_above)];

@@ -4,6 +4,7 @@
 
 mod angles;
 mod orders;
+mod veil;
 
 use std::f64::consts::PI;
 use std::fs;
