@@ -3,6 +3,9 @@
 @group(0) @binding(13) var<storage, read_write> output: array<f32>;
 @group(0) @binding(14) var<storage, read_write> held: array<vec2<f32>>;
 
+// Of a texel's width, what of it a surface is drawn over.
+const PLANE_SOFT: f32 = 0.7;
+
 @compute @workgroup_size(16, 16)
 fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     if id.x >= view.size.x || id.y >= view.rows {
@@ -25,7 +28,9 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     }
     let ray = CloudRay(start - vec3<f32>(cumulus.offset_m, 0.0), towards, 0.0);
     let background = select(cumulus.below, cumulus.above, towards.z > 0.0);
-    let seen = cumulus_seen(ray, near_m, far_m, 0.0, background);
+    // No finer than a texel, where cubes of the volume are finer than that.
+    let wide_m = min(cumulus.voxel_m, PLANE_SOFT * cumulus.extent_m / f32(view.size.x));
+    let seen = cumulus_seen(ray, near_m, far_m, 0.0, wide_m, background);
     let alpha = cumulus_alpha(seen.depth);
     let left = 1.0 - before.a;
     let light = before.rgb + left * seen.radiance;

@@ -47,7 +47,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     let bend = (1.0 - direction.z * direction.z) / (EARTH_RADIUS_M + h_m);
     let ray = CloudRay(view.eye - vec3<f32>(cumulus.offset_m, 0.0), direction, bend);
     let background = select(cumulus.below, cumulus.above, direction.z > 0.0);
-    let seen = cumulus_seen(ray, near_m, far_m, cone, background);
+    let seen = cumulus_seen(ray, near_m, far_m, cone, 0.0, background);
     if seen.depth <= 0.0 {
         return;
     }

@@ -11,6 +11,7 @@ use skyloom::cumulus::lattice::{Lattice, Lighting};
 use skyloom::cumulus::{Body, Ray, Sphere, Volume};
 use skyloom::optics::{self, Channel, Mix};
 use skyloom::reference::cumulus::{CumulusLight, CumulusSeen};
+use std::cell::Cell;
 use std::f64::consts::PI;
 use truth::{Picture, Shape};
 
@@ -109,7 +110,7 @@ fn pictures_are_those_of_monte_carlo() {
     }
     let mean = |values: &[f64]| values.iter().sum::<f64>() / values.len() as f64;
     println!("front {:.4}, back {:.4}, energy {:+.4}", mean(&front), mean(&back), mean(&energies));
-    assert!(mean(&front) < 0.08 && mean(&back) < 0.1 && mean(&energies).abs() < 0.03);
+    assert!(mean(&front) < 0.065 && mean(&back) < 0.08 && mean(&energies).abs() < 0.02);
 }
 
 /// Dark core and bright rim against the sun: radiance of the middle of the cloud over that of its edge. The target, 10 % of Monte Carlo's,
@@ -158,30 +159,63 @@ fn sky_light_is_that_of_monte_carlo() {
     }
 }
 
-/// Under even light from everywhere a white cloud is not to be seen.
+/// Under even light from everywhere a white cloud is not to be seen, however dense.
 #[test]
 fn white_furnace() {
     let droplets = Droplets::new(1.0);
     let shape = Shape::named("three");
     let volume = Volume::new(&shape.body);
-    let lighting = Lighting { sun: [0.0; 3], above: [1.0; 3], below: [1.0; 3], ..droplets.lighting(0.03, DVec3::Z) };
     let picture = shape.picture("side");
-    let rays = picture.rays.iter().map(|&towards| Ray { from: picture.eye, towards });
-    for seen in droplets.seen(&volume, &lighting, rays, 5500.0) {
-        let all = seen.radiance.y + (-seen.depth).exp();
-        assert!((all - 1.0).abs() < 0.02, "{all} at a depth of {}", seen.depth);
+    for extinction in [0.03, 0.2, 1.0] {
+        let even = droplets.lighting(extinction, DVec3::Z);
+        let lighting = Lighting { sun: [0.0; 3], above: [1.0; 3], below: [1.0; 3], ..even };
+        let rays = picture.rays.iter().map(|&towards| Ray { from: picture.eye, towards });
+        for seen in droplets.seen(&volume, &lighting, rays, 5500.0) {
+            let all = seen.radiance.y + (-seen.depth).exp();
+            assert!((all - 1.0).abs() < 0.02, "{extinction}: {all} at a depth of {}", seen.depth);
+        }
     }
 }
 
-/// What a white ball takes from the sun it sends out, within 3 %, up to extinctions whose mean free path is seen by the lattice. Where one
-/// cube holds several, the target is missed: the ball lacks 6 % at 0.2 per metre and 21 % at 1, and must not lack more.
+/// The light of a cloud is a function of what lights it: the same bits on one core as on several, settled, and without a time from which it
+/// cannot be called off.
+#[test]
+fn a_lattice_is_settled_and_the_same_on_any_number_of_cores() {
+    let droplets = Droplets::new(1.0);
+    let volume = Volume::new(&Shape::named("three").body);
+    let lighting = Lighting { above: [0.1; 3], ..droplets.lighting(0.05, DVec3::new(0.48, 0.64, 0.6)) };
+    let solve = |threads| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        pool.install(|| Lattice::solve(&volume, &lighting))
+    };
+    let (one, three) = (solve(1), solve(3));
+    assert!(one == three && one.change < 1e-3, "{}", one.change);
+    let looks = Cell::new(0);
+    let stopping_at = |at: usize| {
+        looks.set(0);
+        let look = || {
+            looks.set(looks.get() + 1);
+            if looks.get() == at { Err(at) } else { Ok(()) }
+        };
+        Lattice::solve_watched(&volume, &lighting, &look)
+    };
+    assert!(stopping_at(0).as_ref() == Ok(&one));
+    assert!(looks.get() > one.iterations);
+    for at in 1..=looks.get() {
+        assert_eq!(stopping_at(at), Err(at));
+    }
+}
+
+/// What a white ball takes from the sun it sends out, within 3 %, from the thinnest to one whose cubes hold ten mean free paths.
 #[test]
 fn a_ball_keeps_its_energy() {
     let droplets = Droplets::new(1.0);
     let radius_m = 300.0;
     let volume = Volume::new(&ball(radius_m));
-    for (extinction, allowed) in [(1e-6, 0.03), (1e-3, 0.03), (0.01, 0.03), (0.04, 0.03), (0.2, 0.07), (1.0, 0.22)] {
-        let lighting = droplets.lighting(extinction, DVec3::new(0.6, 0.0, 0.8));
+    let suns = [DVec3::new(0.6, 0.0, 0.8), DVec3::Z];
+    let extinctions = [1e-6, 1e-3, 0.01, 0.04, 0.1, 0.2, 0.5, 1.0];
+    for (sun, extinction) in suns.into_iter().flat_map(|sun| extinctions.map(|extinction| (sun, extinction))) {
+        let lighting = droplets.lighting(extinction, sun);
         // The forward peak has most of the light of a thin ball: it is looked at more closely.
         let rays: Vec<(f64, Ray)> = directions(400)
             .flat_map(|towards| {
@@ -207,8 +241,8 @@ fn a_ball_keeps_its_energy() {
             1.0 - 2.0 * (1.0 - (1.0 + depth) * (-depth).exp()) / (depth * depth)
         };
         let sent = 4.0 * PI * sum / 400.0 / taken;
-        println!("extinction {extinction}: sends {sent:.4} of what it takes");
-        assert!((sent - 1.0).abs() < allowed, "{extinction}: {sent}");
+        println!("sun {sun}, extinction {extinction}: sends {sent:.4} of what it takes");
+        assert!((sent - 1.0).abs() < 0.03, "{sun} {extinction}: {sent}");
     }
 }
 

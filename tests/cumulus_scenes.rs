@@ -94,7 +94,8 @@ fn pictures_are_those_of_the_twin() {
                 let twin = light.seen(
                     Ray { from, towards },
                     1e5,
-                    |_| 0.0,
+                    // Texels are 83 m wide: the surface is drawn over a cube of the volume.
+                    |_| volume.voxel_m,
                     DVec3::splat(if towards.z > 0.0 { 0.1 } else { lighting.below[0] }),
                 );
                 let alpha = 1.0 - (-twin.depth).exp();

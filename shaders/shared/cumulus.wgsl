@@ -75,10 +75,10 @@ fn cumulus_march(ray: CloudRay, march: CloudMarch, end_m: f32, soft_m: f32) -> C
     let corner = vec3<f32>(-0.5 * cumulus.extent_m, -0.5 * cumulus.extent_m, cumulus.floor_m);
     let block_m = CUMULUS_BLOCK * cumulus.voxel_m;
     let block = floor((place - corner) / block_m);
-    let count = vec3<i32>(textureDimensions(leaps));
-    let cell = vec3<i32>(block);
-    let wrapped = vec3<i32>(((cell.xy % count.xy) + count.xy) % count.xy, clamp(cell.z, 0, count.z - 1));
-    let leap = textureLoad(leaps, wrapped, 0).x;
+    // In floats, which hold such whole numbers: software devices divide integers one by one.
+    let count = vec3<f32>(textureDimensions(leaps));
+    let wrapped = vec3<f32>(block.xy - count.xy * floor(block.xy / count.xy), clamp(block.z, 0.0, count.z - 1.0));
+    let leap = textureLoad(leaps, vec3<i32>(wrapped), 0).x;
     let there = cumulus_depth(place);
     let middle_z = 0.5 * (cumulus_place(ray, march.at_m).z + place.z);
     let base = select(1.0, clamp((middle_z - cumulus.base_m) / max(cumulus.edge_m, 1e-6), 0.0, 1.0), cumulus.edge_m > 0.0);

@@ -61,8 +61,8 @@ fn cumulus_piece(ray: CloudRay, angle: f32, at_m: f32, before: f32, piece: f32) 
     return cumulus.irradiance * once * ratio * piece + share * cumulus.albedo * max(mean - cumulus.asymmetry * flux, vec3<f32>(0.0));
 }
 
-// cone: width of what a texel shows, per metre of distance.
-fn cumulus_seen(ray: CloudRay, near_m: f32, far_m: f32, cone: f32, background: vec3<f32>) -> CumulusSeen {
+// cone: width of what a texel shows, per metre of distance; wide_m: the same at any distance.
+fn cumulus_seen(ray: CloudRay, near_m: f32, far_m: f32, cone: f32, wide_m: f32, background: vec3<f32>) -> CumulusSeen {
     let angle = 2.0 * atan2(length(ray.towards - cumulus.sun), length(ray.towards + cumulus.sun));
     var seen = CumulusSeen(vec3<f32>(0.0), 0.0);
     var march = CloudMarch(near_m, CUMULUS_UNKNOWN, 0.0, 0.0);
@@ -74,7 +74,7 @@ fn cumulus_seen(ray: CloudRay, near_m: f32, far_m: f32, cone: f32, background: v
         var ends = false;
         for (; step < CUMULUS_VIEW_STEPS && march.at_m < far_m && !ends; step++) {
             let from_m = march.at_m;
-            march = cumulus_march(ray, march, far_m, cone * from_m);
+            march = cumulus_march(ray, march, far_m, cone * from_m + wide_m);
             let added = cumulus.extinction.g * march.density * march.length_m;
             piece += added;
             moment += added * (from_m + 0.5 * march.length_m);

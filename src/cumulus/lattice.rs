@@ -5,28 +5,34 @@
 //! to the centre of the next, so that no light is spread by interpolation.
 
 mod cells;
+mod coarse;
+mod grid;
+mod level;
 mod lighting;
-mod lines;
 mod mixing;
+mod optics;
+mod rise;
+mod sun;
 mod sweep;
 
 use super::volume::Volume;
-use cells::{Cells, Grid};
-use glam::Vec4;
+use cells::Cells;
+use coarse::Coarse;
+use grid::Grid;
+use half::f16;
 pub use lighting::Lighting;
-use lines::Lines;
 use mixing::Mixing;
+use std::convert::Infallible;
 use std::f64::consts::PI;
-use sweep::{Border, State, sweep};
+use sweep::{Border, State, Sweep};
 
 /// Side of a cube at most, metres, and in mean free paths.
 const CELL_M: f64 = 40.0;
 const CELL_DEPTH: f64 = 1.2;
 /// Cubes of the whole domain, about at most: 100 MB on the device.
 const MAX_CELLS: f64 = 4e6;
-/// Change of an iteration, relative, at which it is done, and iterations at most.
-const SETTLED: f64 = 4e-3;
-const MAX_ITERATIONS: usize = 16;
+/// A lattice of so many cubes of cloud, or more, starts from the solution of one that is twice as coarse.
+const COARSEN: usize = 2000;
 
 /// Irradiance by the sum of weighted cosines of the directions that come down: pi where light is even.
 const FLUX: f64 = PI / (1.0 / 15.0 + 4.0 * 3.0 / 40.0 * 0.577_350_269_189_625_8);
@@ -41,11 +47,11 @@ pub struct Lattice {
     /// Height of the lower face of the lowest cubes, metres.
     pub floor_m: f64,
     /// Red, green, blue: mean radiance, and the flux along x, y, z over 4 pi, of light scattered at least twice, of cubes along x, then y. 0 where
-    /// no cloud is near.
-    pub light: [Vec<[f32; 4]>; 3],
+    /// no cloud is near. Half floats, as a device takes them.
+    pub light: [Vec<[f16; 4]>; 3],
     /// Optical depth towards the sun at 550 nm from the centres of cubes. Where nothing lies towards the sun it is minus that of the way to the cloud
     /// below, up to a cube's, so that 0 lies at the surface when it is read between centres.
-    pub sun_depth: Vec<f32>,
+    pub sun_depth: Vec<f16>,
     /// What the layer's scattering adds to the mean irradiance below it, and above it from below. Light that goes on straight is not in it.
     pub added: [[f64; 3]; 2],
     /// Iterations that were taken, and the last one's change.
@@ -54,72 +60,119 @@ pub struct Lattice {
     pub change: f64,
 }
 
-/// Side of the cubes, metres: whole ones fill the domain.
+/// Side of the cubes, metres: whole ones fill the domain, and as many that they can be joined by twos.
 fn cell_m(volume: &Volume, extinction_per_m: f64) -> f64 {
     let (extent_m, height_m) = (volume.extent_m, volume.top_m - volume.floor_m);
     let fine = CELL_M.min(CELL_DEPTH / extinction_per_m);
     let coarse = (extent_m * extent_m * height_m / MAX_CELLS).cbrt();
     // No finer than the surface is known, and a few cubes at least.
     let cell = fine.max(coarse).max(1.5 * volume.voxel_m).min(0.25 * extent_m);
-    extent_m / (extent_m / cell).round()
+    let whole = if extent_m > 32.0 * cell { 8.0 } else { 1.0 };
+    extent_m / (whole * (extent_m / cell / whole).round())
 }
 
 impl Lattice {
     /// Solves for the light in a volume.
     pub fn solve(volume: &Volume, lighting: &Lighting) -> Self {
+        match Self::solve_watched::<Infallible>(volume, lighting, &|| Ok(())) {
+            Ok(lattice) => lattice,
+            Err(never) => match never {},
+        }
+    }
+
+    /// The same; stops where `look`, which is asked between all steps, fails.
+    ///
+    /// # Errors
+    ///
+    /// Those of `look`.
+    pub fn solve_watched<E>(volume: &Volume, lighting: &Lighting, look: &dyn Fn() -> Result<(), E>) -> Result<Self, E> {
         let cell_m = cell_m(volume, lighting.extinction_per_m[1]);
         let across = (volume.extent_m / cell_m).round() as usize;
         let floor_m = volume.floor_m + volume.voxel_m - cell_m;
         let up = ((volume.top_m - floor_m) / cell_m).ceil() as usize + 1;
-        let size = [across, across, up];
-        let grid = Grid { size, cell_m, floor_m, extent_m: volume.extent_m };
+        let grid = Grid { size: [across, across, up], cell_m, floor_m, extent_m: volume.extent_m };
+        look()?;
         let cells = Cells::new(volume, lighting, &grid);
-        let lines = Lines::new(&cells.places, &cells.slots, size, cell_m);
-        let colour = |c: [f64; 3]| Vec4::new(c[0] as f32, c[1] as f32, c[2] as f32, 0.0);
-        let scattering = lighting.scattering;
-        let border = Border {
-            above: colour(lighting.above),
-            below: colour(lighting.below),
-            albedo: colour(scattering.map(|s| s.albedo)),
-            asymmetry: colour(scattering.map(|s| 3.0 * s.asymmetry)),
-            towards_sun: lighting.towards_sun.as_vec3(),
-        };
-        let clouds = cells.optics.len();
-        let mut state: Vec<State> = vec![State::default(); clouds];
-        let mut mixing = Mixing::default();
-        let (mut iterations, mut change) = (0, 0.0);
-        while iterations < MAX_ITERATIONS && !state.is_empty() {
-            let (next, _) = sweep(&cells, &lines, &border, &state, clouds);
-            iterations += 1;
-            change = mixing::change(&state, &next);
-            if change < SETTLED {
-                state = next;
-                break;
-            }
-            state = mixing.mix(state, next);
-        }
+        look()?;
+        let border = Border::new(lighting);
+        let settled = settle(&cells, lighting, &border, Enough::FINE, look)?;
         // Between cubes of cloud and of clear air light is read from both.
-        let (state, leaving) = sweep(&cells, &lines, &border, &state, cells.places.len());
+        let (light, leaving) = Sweep::new(&grid, &cells.near).all(&cells.cloud, &border, &settled.state);
         let mut lattice = Self {
-            size,
+            size: grid.size,
             cell_m,
             floor_m,
-            light: std::array::from_fn(|_| vec![[0.0; 4]; size.iter().product()]),
-            sun_depth: vec![0.0; size.iter().product()],
+            light: std::array::from_fn(|_| vec![[f16::ZERO; 4]; grid.count()]),
+            sun_depth: vec![f16::ZERO; grid.count()],
             added: leaving.map(|sum| {
-                let mean = sum * FLUX / (size[0] * size[1]) as f64;
+                let mean = sum * FLUX / (across * across) as f64;
                 [mean.x, mean.y, mean.z]
             }),
-            iterations,
-            change,
+            iterations: settled.iterations,
+            change: settled.change,
         };
-        for ((place, slot), depth) in cells.places.iter().zip(&cells.slots).zip(&cells.sun_depth) {
-            let number = grid.number(place.map(i64::from));
+        let half = |value: f32| f16::from_f32(value.clamp(-65504.0, 65504.0));
+        for ((place, state), depth) in cells.near.places.iter().zip(&light).zip(&cells.sun_depth) {
+            let number = grid.number(*place);
             for (c, light) in lattice.light.iter_mut().enumerate() {
-                light[number] = state[*slot as usize].0.map(|part| part[c]);
+                light[number] = state.0.map(|part| half(part[c]));
             }
-            lattice.sun_depth[number] = *depth;
+            lattice.sun_depth[number] = half(*depth);
         }
-        lattice
+        Ok(lattice)
     }
+}
+
+/// When iterations are done: at a relative change of one of them, or after so many.
+#[derive(Clone, Copy)]
+struct Enough {
+    change: f64,
+    iterations: usize,
+}
+
+impl Enough {
+    const FINE: Self = Self { change: 1e-3, iterations: 16 };
+    /// A coarser lattice costs an eighth, and what it is wrong by in the large stays.
+    const COARSE: Self = Self { change: 3e-4, iterations: 40 };
+}
+
+/// Light in the cubes of cloud.
+struct Settled {
+    state: Vec<State>,
+    iterations: usize,
+    change: f64,
+}
+
+/// Iterates until little changes. What it starts from is always found in the same way, so that the result does not depend on what was solved
+/// before.
+fn settle<E>(
+    cells: &Cells,
+    lighting: &Lighting,
+    border: &Border,
+    enough: Enough,
+    look: &dyn Fn() -> Result<(), E>,
+) -> Result<Settled, E> {
+    let cloud = &cells.cloud;
+    let mut state = vec![border.even(); cloud.set.places.len()];
+    if state.len() >= COARSEN
+        && let Some(coarse) = Coarse::new(cells, lighting)
+    {
+        let settled = settle(&coarse.cells, lighting, border, Enough::COARSE, look)?;
+        state = coarse.prolonged(&settled.state, cells);
+    }
+    let mut sweep = Sweep::new(&cells.grid, &cloud.set);
+    let mut mixing = Mixing::default();
+    let (mut iterations, mut change) = (0, 0.0);
+    while iterations < enough.iterations && !state.is_empty() {
+        look()?;
+        sweep.run(cloud, border, &state);
+        iterations += 1;
+        change = mixing.add(&state, &sweep);
+        if change < enough.change || iterations == enough.iterations {
+            state = mixing.newest();
+            break;
+        }
+        mixing.mix(&mut state);
+    }
+    Ok(Settled { state, iterations, change })
 }

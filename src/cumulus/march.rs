@@ -142,4 +142,37 @@ impl Volume {
         );
         length
     }
+
+    /// The same, roughly: from sample to sample, without the noise of the surface, which is drawn over `soft_m`. A tenth of the work.
+    pub(super) fn rough_length_m(&self, ray: Ray, farthest_m: f64, enough_m: f64, soft_m: f64) -> f64 {
+        let low = self.base_m.max(self.floor_m);
+        let Some([near, end]) = ray.between(low, self.top_m, farthest_m) else { return 0.0 };
+        let edge_m = soft_m.clamp(self.edge_m, self.band_m.max(self.edge_m));
+        let widened = 0.5 * (edge_m - self.edge_m);
+        let step_m = soft_m.max(0.5 * self.voxel_m);
+        let corner = dvec3(-0.5 * self.extent_m, -0.5 * self.extent_m, self.floor_m);
+        let (start, way) = ((ray.from - corner) / self.voxel_m, ray.towards / self.voxel_m);
+        let mut length_m = 0.0;
+        let depth_at = |at: f64| {
+            let sample = self.nearest(start + way * at);
+            (sample > 0).then(|| (f64::from(sample) / 127.5 - 1.0) * self.band_m + widened)
+        };
+        let (mut at, mut from) = (near, depth_at(near));
+        for _ in 0..MAX_STEPS {
+            if at >= end || length_m >= enough_m {
+                break;
+            }
+            let leap_m = if from.is_none() { self.leap_m(ray.at(at), ray.towards) } else { 0.0 };
+            let to = at + leap_m.max(step_m);
+            let depth = depth_at(to);
+            if let (Some(from), Some(depth)) = (from, depth)
+                && from.max(depth) > 0.0
+            {
+                let middle_z = ray.from.z + ray.towards.z * 0.5 * (at + to);
+                length_m += (to.min(end) - at) * mean_density(from, depth, edge_m) * self.above_base(middle_z);
+            }
+            (at, from) = (to, depth);
+        }
+        length_m
+    }
 }

@@ -5,6 +5,7 @@ use super::body::{Body, Sphere};
 use super::relief::Relief;
 use glam::{DVec3, IVec3, dvec3};
 use rayon::prelude::*;
+use std::convert::Infallible;
 
 /// Samples, about: 64 MB on the device.
 const SAMPLES: f64 = 64e6;
@@ -54,6 +55,18 @@ pub struct Volume {
 impl Volume {
     /// Samples a body.
     pub fn new(body: &Body) -> Self {
+        match Self::new_watched::<Infallible>(body, &|| Ok(())) {
+            Ok(volume) => volume,
+            Err(never) => match never {},
+        }
+    }
+
+    /// The same; stops where `look`, which is asked between its steps, fails.
+    ///
+    /// # Errors
+    ///
+    /// Those of `look`.
+    pub fn new_watched<E>(body: &Body, look: &dyn Fn() -> Result<(), E>) -> Result<Self, E> {
         let lowest = body.spheres.iter().map(|s| s.centre.z - s.radius_m).fold(f64::INFINITY, f64::min);
         let highest = body.spheres.iter().map(|s| s.centre.z + s.radius_m).fold(f64::NEG_INFINITY, f64::max);
         let bottom_m = if body.spheres.is_empty() { body.base_m } else { lowest.max(body.base_m) };
@@ -85,9 +98,11 @@ impl Volume {
             top_m,
             relief: Relief::new(body.extent_m),
         };
+        look()?;
         volume.fill(&body.spheres);
+        look()?;
         volume.leap();
-        volume
+        Ok(volume)
     }
 
     fn fill(&mut self, spheres: &[Sphere]) {
@@ -128,18 +143,28 @@ impl Volume {
                     // At most one whole row, in at most two runs without a wrap.
                     let to = to.min(from + nx as i64 - 1);
                     let (rest, radius) = ((dz * dz + dy * dy) as f32, sphere.radius_m as f32);
+                    let inner = (sphere.radius_m - band_m).max(0.0).powi(2) - dz * dz - dy * dy;
+                    let within = inner.max(0.0).sqrt() / voxel_m;
                     let mut i = from;
                     while i <= to {
                         let first = i.rem_euclid(nx as i64) as usize;
                         let run = ((to - i) as usize + 1).min(nx - first);
                         let offset = ((i as f64 - cx) * voxel_m) as f32;
                         let row = &mut slice[start + first..start + first + run];
-                        for (step, sample) in row.iter_mut().enumerate() {
-                            let dx = offset + step as f32 * voxel_m as f32;
-                            let depth = radius - (rest + dx * dx).sqrt();
-                            // Rounded; the cast holds it between 0 and 255.
-                            *sample = (*sample).max((depth * scale + 128.0) as u8);
-                        }
+                        let mut draw = |samples: std::ops::Range<usize>| {
+                            for (step, sample) in samples.clone().zip(&mut row[samples]) {
+                                let dx = offset + step as f32 * voxel_m as f32;
+                                let depth = radius - (rest + dx * dx).sqrt();
+                                // Rounded; the cast holds it between 0 and 255.
+                                *sample = (*sample).max((depth * scale + 128.0) as u8);
+                            }
+                        };
+                        // Deep inside all is alike.
+                        let [from, to] =
+                            [-within, within].map(|at| (cx + at - i as f64).ceil().clamp(0.0, run as f64) as usize);
+                        draw(0..from);
+                        draw(to..run);
+                        row[from..to].fill(u8::MAX);
                         i += run as i64;
                     }
                 }
@@ -151,16 +176,10 @@ impl Volume {
     fn leap(&mut self) {
         // Cloud begins where noise may lift the surface to.
         let clear = ((1.0 - self.relief_m / self.band_m) * 127.5).floor().max(0.0) as u8;
-        let mut near: Vec<bool> = self.highest().into_iter().map(|highest| highest > clear).collect();
-        let mut leaps: Vec<u8> = near.iter().map(|&near| if near { 0 } else { FARTHEST }).collect();
-        for distance in 1..FARTHEST {
-            let grown = self.grow(&near);
-            for ((leap, &was), &is) in leaps.iter_mut().zip(&near).zip(&grown) {
-                if is && !was {
-                    *leap = distance;
-                }
-            }
-            near = grown;
+        let mut leaps: Vec<u8> =
+            self.highest().into_iter().map(|highest| if highest > clear { 0 } else { FARTHEST }).collect();
+        for _ in 1..FARTHEST {
+            leaps = self.grow(leaps);
         }
         self.leaps = leaps;
     }
@@ -201,24 +220,39 @@ impl Volume {
         self.blocks.iter().product()
     }
 
-    /// Blocks that are marked or have a marked neighbour.
-    fn grow(&self, marked: &[bool]) -> Vec<bool> {
+    /// Distances that are no more than one above those of their neighbours.
+    fn grow(&self, leaps: Vec<u8>) -> Vec<u8> {
         let [bx, by, bz] = self.blocks;
-        let along = |marked: &[bool], stride: usize, count: usize, repeats: bool| -> Vec<bool> {
-            let one = |number: usize| {
-                let at = number / stride % count;
-                let other = |step: i64| {
-                    let to = at as i64 + step;
-                    let to = if repeats { to.rem_euclid(count as i64) } else { to.clamp(0, count as i64 - 1) };
-                    marked[number + to as usize * stride - at * stride]
-                };
-                marked[number] || other(-1) || other(1)
-            };
-            (0..marked.len()).into_par_iter().map(one).collect()
+        let least = |a: &[u8], b: &[u8], c: &[u8], into: &mut [u8]| {
+            for (((into, a), b), c) in into.iter_mut().zip(a).zip(b).zip(c) {
+                *into = (*a).min(*b).min(*c);
+            }
         };
-        let grown = along(marked, 1, bx, true);
-        let grown = along(&grown, bx, by, true);
-        along(&grown, bx * by, bz, false)
+        let mut along = vec![0; leaps.len()];
+        let row = |from: &[u8], into: &mut [u8]| {
+            into[0] = from[0].min(from[1 % bx]).min(from[bx - 1]);
+            into[bx - 1] = from[bx - 1].min(from[0]).min(from[bx.saturating_sub(2)]);
+            if bx > 2 {
+                least(&from[..bx - 2], &from[1..], &from[2..], &mut into[1..]);
+            }
+        };
+        along.par_chunks_mut(bx).zip(leaps.par_chunks(bx)).for_each(|(into, from)| row(from, into));
+        let slice = bx * by;
+        let mut across = vec![0; leaps.len()];
+        across.par_chunks_mut(bx).enumerate().for_each(|(number, into)| {
+            let (y, first) = (number % by, number / by * slice);
+            let row = |y: usize| &along[first + bx * (y % by)..][..bx];
+            least(row(y + by - 1), row(y), row(y + 1), into);
+        });
+        let mut grown = leaps;
+        grown.par_chunks_mut(slice).enumerate().for_each(|(z, grown)| {
+            let layer = |z: usize| &across[slice * z.min(bz - 1)..][..slice];
+            let layers = layer(z.saturating_sub(1)).iter().zip(layer(z)).zip(layer(z + 1));
+            for (grown, ((a, b), c)) in grown.iter_mut().zip(layers) {
+                *grown = (*grown).min(*a.min(b).min(c) + 1);
+            }
+        });
+        grown
     }
 
     /// Whether a place has clear air around it, as far as `reach_m`.
@@ -234,6 +268,13 @@ impl Volume {
         let z = block.z.clamp(0, bz as i32 - 1) as usize;
         let (x, y) = (wrapped(block.x.into(), bx), wrapped(block.y.into(), by));
         self.leaps[x + bx * (y + by * z)]
+    }
+
+    /// The sample that is nearest to a place, in cubes from the corner.
+    pub(super) fn nearest(&self, place: DVec3) -> u8 {
+        let [nx, ny, nz] = self.size;
+        let (x, y) = (wrapped(floor(place.x), nx), wrapped(floor(place.y), ny));
+        self.samples[x + nx * (y + ny * floor(place.z).clamp(0, nz as i64 - 1) as usize)]
     }
 
     /// Depth below the surface of the spheres: linear between samples, from `-band_m` to `band_m`.

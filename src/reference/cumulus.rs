@@ -4,6 +4,7 @@ use crate::cumulus::dressed::{self, Scattering};
 use crate::cumulus::lattice::{Lattice, Lighting};
 use crate::cumulus::{Ray, Step, Volume};
 use glam::{DVec3, Vec4, dvec3};
+use half::f16;
 
 /// Shares of the light that are looked at along a ray, about.
 pub const SHARES: f64 = 8.0;
@@ -54,9 +55,9 @@ fn between_cubes(lattice: &Lattice, extent_m: f64, place: DVec3) -> ([Vec4; 3], 
         let weight = side(part.x, i) * side(part.y, j) * side(part.z, k);
         let number = x[i] + nx * (y[j] + ny * z[k]);
         for (light, from) in light.iter_mut().zip(&lattice.light) {
-            *light += weight as f32 * Vec4::from_array(from[number]);
+            *light += weight as f32 * Vec4::from_array(from[number].map(f16::to_f32));
         }
-        depth += weight * f64::from(lattice.sun_depth[number]);
+        depth += weight * lattice.sun_depth[number].to_f64();
     }
     (light, depth)
 }

@@ -29,6 +29,8 @@ pub(super) struct CumulusKept {
     fields: Kept<FieldKey, Arc<CumulusField>>,
     lights: Kept<(FieldKey, Lighting), Arc<CumulusLit>>,
     dressed: Kept<String, Arc<Dressed>>,
+    through: Kept<(FieldKey, Beam), Through>,
+    relief: Option<wgpu::TextureView>,
 }
 
 /// Where the cloud is, but for the wind.
@@ -43,8 +45,18 @@ struct FieldKey {
     time_s: Option<f64>,
 }
 
+/// What decides on what comes through: see [`Lighting`], and the part of extinction that takes light out of the beam.
+#[derive(PartialEq, Clone, Copy)]
+struct Beam {
+    towards_sun: DVec3,
+    extinction_per_m: [f64; 3],
+    kept: [f64; 3],
+    beam: [f64; 3],
+}
+
 /// What comes through to the ground in the mean, as parts of the sun's light: all that goes on nearly straight, and what of it counts
 /// as the beam.
+#[derive(Clone, Copy)]
 struct Through {
     forward: [f64; 3],
     beam: [f64; 3],
@@ -52,7 +64,13 @@ struct Through {
 
 impl CumulusKept {
     pub(super) fn new() -> Self {
-        Self { fields: Kept::new(KEPT), lights: Kept::new(KEPT), dressed: Kept::new(KEPT) }
+        Self {
+            fields: Kept::new(KEPT),
+            lights: Kept::new(KEPT),
+            dressed: Kept::new(KEPT),
+            through: Kept::new(KEPT),
+            relief: None,
+        }
     }
 
     /// The job's layer of cumulus, with its light where that is wanted, and the even light that then falls on the ground beside that of
@@ -62,7 +80,7 @@ impl CumulusKept {
         gpu: &Gpu,
         job: &Job,
         moment: &Moment,
-        decks: &[(usize, HostMap)],
+        decks: &[(usize, Arc<HostMap>)],
         lit: bool,
         watch: &Watch,
     ) -> Result<Option<(CumulusInputs, [f64; 3])>, RenderError> {
@@ -78,11 +96,16 @@ impl CumulusKept {
             shape: layer.shape.clone(),
             time_s: grows.then_some(time_s),
         };
-        watch.look()?;
-        let field = self.fields.get_or_make(key.clone(), || {
-            Arc::new(CumulusField::new(gpu, Volume::new(&cumulus::body(layer, extent_m, key.texel_m, time_s))))
-        });
-        watch.look()?;
+        let look = || watch.look();
+        look()?;
+        let relief = &mut self.relief;
+        let field = self.fields.get_or(key.clone(), || {
+            let body = cumulus::body(layer, extent_m, key.texel_m, time_s);
+            let volume = Volume::new_watched(&body, &look)?;
+            let relief = relief.get_or_insert_with(|| CumulusField::relief(gpu)).clone();
+            Ok::<_, RenderError>(Arc::new(CumulusField::new(gpu, volume, relief)))
+        })?;
+        look()?;
         let tables = &job.tables()[scene.layers.len()];
         let channels = &tables.channels;
         let extinction_per_m =
@@ -103,7 +126,8 @@ impl CumulusKept {
                 lighting.sun[c] *= deck.beam[c];
             }
         }
-        let through = through(&field.host, &lighting, beam);
+        let seen_by = Beam { towards_sun, extinction_per_m, kept: scattering.map(|scattering| scattering.kept), beam };
+        let through = self.through.get_or_make((key.clone(), seen_by), || through(&field.host, &seen_by));
         let albedo = GroundMap::new(&scene.ground.albedo, job.images())?.mean();
         let direct = [0, 1, 2].map(|c| lighting.sun[c] * light.cosine() * through.forward[c]);
         let mut reflected = albedo;
@@ -121,9 +145,11 @@ impl CumulusKept {
         let drift = cumulus::drift_m(&layer.wind, time_s, extent_m);
         let made = match lit {
             false => None,
-            true => Some(self.lights.get_or_make((key, lighting), || {
-                Arc::new(CumulusLit::new(gpu, &Lattice::solve(&field.host, &lighting)))
-            })),
+            true => Some(self.lights.get_or((key, lighting), || {
+                let lattice = Lattice::solve_watched(&field.host, &lighting, &look)?;
+                look()?;
+                Ok::<_, RenderError>(Arc::new(CumulusLit::new(gpu, &lattice)))
+            })?),
         };
         let added = made.as_ref().map_or([0.0; 3], |made| {
             [0, 1, 2].map(|c| {
@@ -185,22 +211,22 @@ impl Deck {
 }
 
 /// Looks at a grid of places below the layer.
-fn through(volume: &Volume, lighting: &Lighting, beam: [f64; 3]) -> Through {
-    let mut towards = lighting.towards_sun;
+fn through(volume: &Volume, by: &Beam) -> Through {
+    let mut towards = by.towards_sun;
     towards.z = towards.z.max(LEAST_UP);
     let towards = towards.normalize();
     let low_m = volume.base_m.max(volume.floor_m);
-    let extinction = lighting.extinction_per_m;
+    let extinction = by.extinction_per_m;
     let rows = (0..LOOKS).into_par_iter().map(|row| {
         let mut sums = [[0.0; 3]; 2];
         for column in 0..LOOKS {
             let place = (DVec2::new(column as f64, row as f64) + 0.5) / LOOKS as f64 - 0.5;
             let from = (place * volume.extent_m).extend(low_m);
-            let enough_m = 20.0 / (extinction[1] * lighting.scattering[1].kept);
+            let enough_m = 20.0 / (extinction[1] * by.kept[1]);
             let length_m = volume.length_m(Ray { from, towards }, 4.0 * volume.extent_m, enough_m, volume.voxel_m);
             for c in 0..3 {
-                sums[0][c] += (-extinction[c] * lighting.scattering[c].kept * length_m).exp();
-                sums[1][c] += (-extinction[c] * beam[c] * length_m).exp();
+                sums[0][c] += (-extinction[c] * by.kept[c] * length_m).exp();
+                sums[1][c] += (-extinction[c] * by.beam[c] * length_m).exp();
             }
         }
         sums

@@ -52,6 +52,8 @@ pub(super) struct Pipeline {
     beams: Kept<BeamKey, Arc<GroundSun>>,
     skies: SkyKept,
     cumulus: CumulusKept,
+    /// Thicknesses of layers above and below cumulus, as the host reads them.
+    decks: Kept<FieldKey, Arc<HostMap>>,
 }
 
 /// What a run leaves behind: its texels, and the stages that led to them.
@@ -143,6 +145,7 @@ impl Pipeline {
             beams: Kept::new(KEPT_BEAMS),
             skies: SkyKept::new(),
             cumulus: CumulusKept::new(),
+            decks: Kept::new(KEPT_SOURCES),
         }
     }
 
@@ -207,9 +210,12 @@ impl Pipeline {
         let cumulus = match job.scene().cumulus {
             Some(_) => clock.time("cumulus", || {
                 let lit = needs.light || needs.slab;
-                let decks = if lit { run.fields.as_slice() } else { &[] };
-                let decks = decks.iter().enumerate().map(|(number, field)| Ok((number, self.thickness(field, watch)?)));
-                let decks = decks.collect::<Result<Vec<_>, RenderError>>()?;
+                let mut decks = Vec::new();
+                for (number, field) in run.fields.iter().enumerate().filter(|_| lit) {
+                    let read =
+                        || Ok::<_, RenderError>(Arc::new(self.gpu.read_map(&field.thickness, 0, watch.deadline)?));
+                    decks.push((number, self.decks.get_or(FieldKey::new(job, number), read)?));
+                }
                 self.cumulus.inputs(&self.gpu, job, &run.moment, &decks, lit, watch)
             })?,
             None => None,

@@ -18,17 +18,21 @@ pub(crate) struct CumulusField {
 }
 
 impl CumulusField {
-    /// Brings a volume to the device.
-    pub(crate) fn new(gpu: &Gpu, host: Volume) -> Self {
+    /// Brings a volume to the device, where the noise is.
+    pub(crate) fn new(gpu: &Gpu, host: Volume, relief: wgpu::TextureView) -> Self {
         let size = |size: [usize; 3]| size.map(|n| n as u32);
-        let side = Relief::side() as u32;
-        let relief: Vec<f16> = Relief::samples().iter().map(|&value| f16::from_f32(value)).collect();
         Self {
             volume: gpu.volume_from("cumulus", size(host.size), wgpu::TextureFormat::R8Unorm, &host.samples),
             leaps: gpu.volume_from("leaps", size(host.blocks), wgpu::TextureFormat::R8Uint, &host.leaps),
-            relief: gpu.volume_from("relief", [side; 3], wgpu::TextureFormat::R16Float, &relief),
+            relief,
             host,
         }
+    }
+
+    /// Brings the noise to the device: the same for all fields.
+    pub(crate) fn relief(gpu: &Gpu) -> wgpu::TextureView {
+        let relief: Vec<f16> = Relief::samples().iter().map(|&value| f16::from_f32(value)).collect();
+        gpu.volume_from("relief", [Relief::side() as u32; 3], wgpu::TextureFormat::R16Float, &relief)
     }
 }
 
@@ -46,13 +50,11 @@ impl CumulusLit {
     /// Brings a lattice to the device.
     pub(crate) fn new(gpu: &Gpu, host: &Lattice) -> Self {
         let size = host.size.map(|n| n as u32);
-        let half = |value: f32| f16::from_f32(value.clamp(-65504.0, 65504.0));
-        let light = host.light.each_ref().map(|light| {
-            let texels: Vec<[f16; 4]> = light.iter().map(|texel| texel.map(half)).collect();
-            gpu.volume_from("lattice", size, wgpu::TextureFormat::Rgba16Float, &texels)
-        });
-        let depths: Vec<f16> = host.sun_depth.iter().map(|&depth| half(depth)).collect();
-        let sun_depth = gpu.volume_from("sun_depth", size, wgpu::TextureFormat::R16Float, &depths);
+        let light = host
+            .light
+            .each_ref()
+            .map(|light| gpu.volume_from("lattice", size, wgpu::TextureFormat::Rgba16Float, light));
+        let sun_depth = gpu.volume_from("sun_depth", size, wgpu::TextureFormat::R16Float, &host.sun_depth);
         Self { cell_m: host.cell_m, floor_m: host.floor_m, added: host.added, light, sun_depth }
     }
 }

@@ -1,120 +1,121 @@
 //! One iteration: light runs along all lines, once each way.
 
-use super::cells::Cells;
-use super::lines::{Family, Lines};
+use super::cells::{Cloud, Set};
+use super::grid::Grid;
+use super::level::Level;
+use super::lighting::Lighting;
+use super::rise::{Rise, Way};
 use glam::{DVec4, Vec3, Vec4};
-use rayon::prelude::*;
 
 /// Mean radiance and its moments along x, y, z in a cube; lanes are red, green, blue.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub(super) struct State(pub(super) [Vec4; 4]);
-
-impl State {
-    fn add(&mut self, weight: f32, flux: Vec3, passing: Vec4) {
-        self.0[0] += weight * passing;
-        self.0[1] += flux.x * passing;
-        self.0[2] += flux.y * passing;
-        self.0[3] += flux.z * passing;
-    }
-}
 
 /// What is the same for all cubes.
 pub(super) struct Border {
     /// Radiance from above and from below.
     pub(super) above: Vec4,
     pub(super) below: Vec4,
-    pub(super) albedo: Vec4,
+    albedo: Vec4,
     /// Three times the asymmetry.
-    pub(super) asymmetry: Vec4,
-    pub(super) towards_sun: Vec3,
+    asymmetry: Vec4,
+    towards_sun: Vec3,
 }
 
-/// Weights of Lebedev's rule of degree 5: edges, diagonals.
-const WEIGHTS: [f32; 2] = [1.0 / 15.0, 3.0 / 40.0];
-/// Families that are summed together. The sums have the same order on any number of cores.
-const GROUPS: [&[usize]; 4] = [&[0, 3], &[1, 4], &[2, 5], &[6]];
+impl Border {
+    pub(super) fn new(lighting: &Lighting) -> Self {
+        let colour = |c: [f64; 3]| Vec4::new(c[0] as f32, c[1] as f32, c[2] as f32, 0.0);
+        Self {
+            above: colour(lighting.above),
+            below: colour(lighting.below),
+            albedo: colour(lighting.scattering.map(|s| s.albedo)),
+            asymmetry: colour(lighting.scattering.map(|s| 3.0 * s.asymmetry)),
+            towards_sun: lighting.towards_sun.as_vec3(),
+        }
+    }
+
+    /// Light in the cubes as if there were no cloud and no sun.
+    pub(super) fn even(&self) -> State {
+        State([0.5 * (self.above + self.below), Vec4::ZERO, Vec4::ZERO, Vec4::ZERO])
+    }
+
+    /// What a cube sends: the same everywhere, and what is added along x, y, z.
+    pub(super) fn source(&self, sun: Vec4, State([mean, x, y, z]): &State) -> [Vec4; 4] {
+        let sun = self.albedo * sun;
+        let flux = self.albedo * self.asymmetry;
+        let sun_flux = self.asymmetry * sun;
+        [
+            sun + self.albedo * *mean,
+            flux * *x - sun_flux * self.towards_sun.x,
+            flux * *y - sun_flux * self.towards_sun.y,
+            flux * *z - sun_flux * self.towards_sun.z,
+        ]
+    }
+}
+
+/// Weights of Lebedev's rule of degree 5.
+pub(super) const EDGE: f32 = 1.0 / 15.0;
+pub(super) const DIAGONAL: f32 = 3.0 / 40.0;
+
+/// Each of the 14 directions stands for a wide cone of light. What leaves a cloud along it meets the next cloud as a whole only where that
+/// is close: across a gap of this length, metres, half of the light comes from beside the cloud. It is about the size of a cloud, and not
+/// fitted.
+const GAP_M: f32 = 300.0;
+
+/// Part of the light that reaches a cube from the last one of cloud, so many steps of a length before.
+pub(super) fn follow(steps: u32, length_m: f32) -> f32 {
+    // Cubes that touch cloud are not clear of it.
+    let gap = steps.saturating_sub(3) as f32 * length_m / GAP_M;
+    1.0 / (1.0 + gap * gap)
+}
 
 /// Sums over lines that leave the lattice below and above, of what light has gained over that of the border, weighted as flux.
 pub(super) type Leaving = [DVec4; 2];
 
-/// The state of the first `count` slots after an iteration, and what leaves. `state` is that of the cubes that hold cloud; light passes the
-/// others unchanged.
-pub(super) fn sweep(
-    cells: &Cells,
-    lines: &Lines,
-    border: &Border,
-    state: &[State],
-    count: usize,
-) -> (Vec<State>, Leaving) {
-    let sums: Vec<(Vec<State>, Leaving)> = GROUPS
-        .par_iter()
-        .map(|group| {
-            let (mut sum, mut leaving) = (vec![State::default(); count], Leaving::default());
-            for &family in *group {
-                run(cells, &lines.0[family], border, state, &mut sum, &mut leaving);
-            }
-            (sum, leaving)
-        })
-        .collect();
-    let [a, b, c, d] = [0, 1, 2, 3].map(|group| sums[group].0.as_slice());
-    let leaving = [0, 1].map(|side| sums.iter().map(|(_, leaving)| leaving[side]).sum());
-    let next = (0..count)
-        .into_par_iter()
-        .map(|i| State(std::array::from_fn(|k| (a[i].0[k] + b[i].0[k]) + (c[i].0[k] + d[i].0[k]))))
-        .collect();
-    (next, leaving)
+/// What runs over a set of cubes. Sums have the same order on any number of cores.
+pub(super) struct Sweep<'a> {
+    set: &'a Set,
+    rises: [Rise; 2],
+    level: Level,
+    /// Of light that rises, sinks, and goes level.
+    pub(super) sums: [Vec<State>; 3],
 }
 
-fn run(cells: &Cells, family: &Family, border: &Border, state: &[State], sum: &mut [State], leaving: &mut Leaving) {
-    let step = family.step.map(|step| step as f32);
-    let diagonal = usize::from(family.step[0] != 0 && family.step[2] != 0);
-    let level = family.step[2] == 0;
-    let forward = Vec3::from_array(step).normalize();
-    for line in family.starts.windows(2) {
-        let range = line[0] as usize..line[1] as usize;
-        let (order, follow) = (&family.order[range.clone()], &family.follow[range]);
-        for way in [1.0_f32, -1.0] {
-            let towards = forward * way;
-            // Light of the sun that is scattered along the line, per what arrives.
-            let sun = Vec4::ONE - border.asymmetry * towards.dot(border.towards_sun);
-            let along = [0, 1, 2].map(|i| border.asymmetry * towards[i]);
-            let border_radiance = match () {
-                () if level => 0.5 * (border.above + border.below),
-                () if way > 0.0 => border.below,
-                () => border.above,
-            };
-            let mut radiance = border_radiance;
-            let weight = WEIGHTS[diagonal];
-            let flux = towards * weight;
-            let mut visit = |number: u32, follow: f32, keep: bool| {
-                radiance = border_radiance + follow * (radiance - border_radiance);
-                let number = number as usize;
-                let Some(State([mean, x, y, z])) = state.get(number) else {
-                    if let Some(sum) = sum.get_mut(number).filter(|_| keep) {
-                        sum.add(weight, flux, radiance);
-                    }
-                    return;
-                };
-                let optics = &cells.optics[number];
-                let scattered = optics.sun * sun + *mean + along[0] * *x + along[1] * *y + along[2] * *z;
-                let source = (border.albedo * scattered).max(Vec4::ZERO);
-                let from = radiance - source;
-                if keep {
-                    sum[number].add(weight, flux, source + from * optics.mean[diagonal]);
-                }
-                radiance = source + from * optics.transmittance[diagonal];
-            };
-            // A level line comes back to where it began: it is run through once for what arrives there.
-            for keep in if level { &[false, true][..] } else { &[true][..] } {
-                let last = order.len() - 1;
-                for i in 0..=last {
-                    match way > 0.0 {
-                        true => visit(order[i], follow[i], *keep),
-                        false => visit(order[last - i], follow[(last - i + 1) % (last + 1)], *keep),
-                    }
-                }
-            }
-            leaving[usize::from(way > 0.0)] += f64::from(flux.z.abs()) * (radiance - border_radiance).as_dvec4();
+impl<'a> Sweep<'a> {
+    pub(super) fn new(grid: &Grid, set: &'a Set) -> Self {
+        Self {
+            set,
+            rises: [Way::Up, Way::Down].map(|way| Rise::new(grid, way)),
+            level: Level::new(grid, set),
+            sums: std::array::from_fn(|_| vec![State::default(); set.places.len()]),
         }
+    }
+
+    /// `state` is that of the cubes that hold cloud; light passes the others unchanged.
+    pub(super) fn run(&mut self, cloud: &Cloud, border: &Border, state: &[State]) {
+        let Self { set, rises: [up, down], level, sums: [rising, sinking, beside] } = self;
+        rayon::join(
+            || up.run(set, cloud, border, state, rising),
+            || {
+                rayon::join(
+                    || down.run(set, cloud, border, state, sinking),
+                    || level.run(set, cloud, border, state, beside),
+                )
+            },
+        );
+    }
+
+    /// The state of a cube after an iteration.
+    pub(super) fn next(&self, i: usize) -> State {
+        let [rising, sinking, beside] = &self.sums;
+        State(std::array::from_fn(|k| (rising[i].0[k] + sinking[i].0[k]) + beside[i].0[k]))
+    }
+
+    /// One iteration: the state of all cubes of the set, and what leaves.
+    pub(super) fn all(mut self, cloud: &Cloud, border: &Border, state: &[State]) -> (Vec<State>, Leaving) {
+        self.run(cloud, border, state);
+        let next = (0..self.set.places.len()).map(|i| self.next(i)).collect();
+        let [up, down] = &self.rises;
+        (next, [down.leaving(border), up.leaving(border)])
     }
 }

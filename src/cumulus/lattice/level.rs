@@ -1,0 +1,158 @@
+//! Light that goes level: along the rows of each slice.
+
+use super::cells::{Cloud, Set};
+use super::grid::Grid;
+use super::sweep::{Border, EDGE, State, follow};
+use glam::Vec4;
+use rayon::prelude::*;
+
+/// A row that comes back to where it began is followed over so many cubes before it that no more of their light is left than this.
+const LEFT: f32 = 1e-4;
+
+/// The rows of a set.
+pub(super) struct Level {
+    size: [u32; 2],
+    cell_m: f32,
+    /// Where slices begin, and where the last one ends.
+    slices: Vec<usize>,
+    /// Cubes of each slice by x, then y; numbers within the slice.
+    columns: Vec<u32>,
+}
+
+/// What a slice reads.
+struct Slice<'a> {
+    places: &'a [[u32; 3]],
+    clouds: &'a [u32],
+    cloud: &'a Cloud,
+    border: &'a Border,
+    state: &'a [State],
+    cell_m: f32,
+}
+
+impl Level {
+    pub(super) fn new(grid: &Grid, set: &Set) -> Self {
+        let mut slices = vec![0];
+        for slice in set.places.chunk_by(|a, b| a[2] == b[2]) {
+            slices.push(slices[slices.len() - 1] + slice.len());
+        }
+        let orders = slices.par_windows(2).map(|ends| {
+            let places = &set.places[ends[0]..ends[1]];
+            let mut order: Vec<u32> = (0..places.len() as u32).collect();
+            order.sort_by_key(|&number| places[number as usize][0]);
+            order
+        });
+        let columns = orders.collect::<Vec<_>>().concat();
+        Self { size: [grid.size[0] as u32, grid.size[1] as u32], cell_m: grid.cell_m as f32, slices, columns }
+    }
+
+    /// Sums over the directions, of all cubes of a set.
+    pub(super) fn run(&self, set: &Set, cloud: &Cloud, border: &Border, state: &[State], sums: &mut [State]) {
+        let (mut rest, mut slices) = (sums, Vec::new());
+        for ends in self.slices.windows(2) {
+            let (slice, after) = rest.split_at_mut(ends[1] - ends[0]);
+            slices.push((ends[0]..ends[1], slice));
+            rest = after;
+        }
+        slices.into_par_iter().for_each(|(range, sums)| {
+            let slice = Slice {
+                places: &set.places[range.clone()],
+                clouds: &set.clouds[range.clone()],
+                cloud,
+                border,
+                state,
+                cell_m: self.cell_m,
+            };
+            sums.fill(State::default());
+            let all: Vec<u32> = (0..sums.len() as u32).collect();
+            for row in all.chunk_by(|a, b| slice.places[*a as usize][1] == slice.places[*b as usize][1]) {
+                slice.follow(row, 0, self.size[0], sums);
+            }
+            let columns = &self.columns[range];
+            for row in columns.chunk_by(|a, b| slice.places[*a as usize][0] == slice.places[*b as usize][0]) {
+                slice.follow(row, 1, self.size[1], sums);
+            }
+        });
+    }
+}
+
+impl Slice<'_> {
+    /// Light along a row of cubes, both ways.
+    fn follow(&self, row: &[u32], axis: usize, size: u32, sums: &mut [State]) {
+        self.one_way(row.iter(), [axis, 0], size, sums);
+        self.one_way(row.iter().rev(), [axis, 1], size, sums);
+    }
+
+    fn one_way<'a>(
+        &self,
+        row: impl DoubleEndedIterator<Item = &'a u32> + Clone,
+        [axis, back]: [usize; 2],
+        size: u32,
+        sums: &mut [State],
+    ) {
+        let beyond = 0.5 * (self.border.above + self.border.below);
+        let place = |number: u32| {
+            let at = self.places[number as usize][axis];
+            if back == 1 { size - 1 - at } else { at }
+        };
+        let sign = if back == 1 { -1.0 } else { 1.0 };
+        let mut light = Passing { radiance: beyond, last: None };
+        // Where the row comes from: the last cubes, until nothing is left of what was before them.
+        let (mut left, mut count, mut before) = (1.0_f32, 0, None);
+        for &number in row.clone().rev() {
+            let cloudy = self.clouds[number as usize] as usize;
+            let Some(&density) = self.cloud.densities.get(cloudy) else { continue };
+            let at = place(number);
+            left *= follow(before.unwrap_or(at + 1) - at, self.cell_m)
+                * self.cloud.passages.of(density)[0].transmittance.max_element();
+            count += 1;
+            before = Some(at);
+            if left < LEFT {
+                break;
+            }
+        }
+        let lead = row.clone().rev().filter(|&&number| (self.clouds[number as usize] as usize) < self.state.len());
+        let lead: Vec<u32> = lead.take(count).copied().collect();
+        for &number in lead.iter().rev() {
+            self.visit(number, place(number), [axis, back], beyond, &mut light);
+        }
+        light.last = light.last.map(|last| last - i64::from(size));
+        for &number in row {
+            let mean = self.visit(number, place(number), [axis, back], beyond, &mut light);
+            let sum = &mut sums[number as usize];
+            sum.0[0] += EDGE * mean;
+            sum.0[1 + axis] += sign * EDGE * mean;
+        }
+    }
+
+    /// Light in a cube in the mean over the row's way through it.
+    #[inline]
+    fn visit(&self, number: u32, at: u32, [axis, back]: [usize; 2], beyond: Vec4, light: &mut Passing) -> Vec4 {
+        let arrives = match light.last {
+            None => beyond,
+            Some(last) => {
+                let steps = (i64::from(at) - last) as u32;
+                if steps == 1 {
+                    light.radiance
+                } else {
+                    beyond + follow(steps, self.cell_m) * (light.radiance - beyond)
+                }
+            }
+        };
+        let cloudy = self.clouds[number as usize] as usize;
+        let Some(of) = self.state.get(cloudy) else { return arrives };
+        let source = self.border.source(self.cloud.sun[cloudy], of);
+        let along = source[1 + axis];
+        let source = (if back == 1 { source[0] - along } else { source[0] + along }).max(Vec4::ZERO);
+        let passage = &self.cloud.passages.of(self.cloud.densities[cloudy])[0];
+        let from = arrives - source;
+        light.radiance = source + from * passage.transmittance;
+        light.last = Some(i64::from(at));
+        source + from * passage.mean
+    }
+}
+
+/// Light as it left the last cube of cloud, and where that was.
+struct Passing {
+    radiance: Vec4,
+    last: Option<i64>,
+}

@@ -1,0 +1,55 @@
+//! What a cube of cloud does to light that passes it.
+
+use super::lighting::Lighting;
+use glam::Vec4;
+
+/// Densities that are told apart.
+const DENSITIES: usize = 2048;
+
+/// What light along an edge or a diagonal of a cube meets; lanes are red, green, blue.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Passage {
+    pub(super) transmittance: Vec4,
+    /// The mean of the transmittance over the way.
+    pub(super) mean: Vec4,
+}
+
+/// Passages by density: few numbers that stay at hand, where cubes are many.
+#[derive(Debug, Clone)]
+pub(super) struct Passages(Vec<[Passage; 2]>);
+
+impl Passages {
+    pub(super) fn new(lighting: &Lighting, cell_m: f64) -> Self {
+        let passage = |density: f64, length: f64| {
+            let paths = [0, 1, 2]
+                .map(|c| density * lighting.extinction_per_m[c] * lighting.scattering[c].kept * cell_m * length);
+            let lanes = |value: &dyn Fn(f64) -> f64| {
+                Vec4::new(value(paths[0]) as f32, value(paths[1]) as f32, value(paths[2]) as f32, 0.0)
+            };
+            Passage {
+                transmittance: lanes(&|path| (-path).exp()),
+                mean: lanes(&|path| if path < 1e-4 { 1.0 - 0.5 * path } else { -(-path).exp_m1() / path }),
+            }
+        };
+        let both = |i: usize| {
+            let density = i as f64 / (DENSITIES - 1) as f64;
+            [passage(density, 1.0), passage(density, 3.0_f64.sqrt())]
+        };
+        Self((0..DENSITIES).map(both).collect())
+    }
+
+    /// Along an edge, along a diagonal.
+    pub(super) fn of(&self, density: u16) -> &[Passage; 2] {
+        &self.0[usize::from(density)]
+    }
+}
+
+/// A density from 0 to 1 as a number of [`Passages::of`].
+pub(super) fn density_number(density: f64) -> u16 {
+    (density * (DENSITIES - 1) as f64).round() as u16
+}
+
+/// The reverse.
+pub(super) fn density_of(number: u16) -> f64 {
+    f64::from(number) / (DENSITIES - 1) as f64
+}

@@ -1,0 +1,135 @@
+//! Light that rises or sinks: along five directions at once, slice by slice.
+
+use super::cells::{Cloud, Set};
+use super::grid::Grid;
+use super::sweep::{Border, DIAGONAL, EDGE, State, follow};
+use glam::{DVec4, Vec4};
+
+/// Which way light goes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Way {
+    Up,
+    Down,
+}
+
+/// Lines by the place at which they pass the lowest slice: what light was when it left the last cube of cloud, and when that was.
+struct Lines {
+    passing: Vec<Vec4>,
+    last: Vec<u32>,
+}
+
+/// Light along the vertical and along four diagonals.
+pub(super) struct Rise {
+    way: Way,
+    size: [u32; 3],
+    cell_m: f32,
+    lines: [Lines; 5],
+    /// Lines that were passed no later than this are still at the border.
+    start: u32,
+}
+
+/// What each step of a direction's line is along x and y; the last one is the vertical.
+const STEPS: [[i32; 2]; 5] = [[1, 1], [-1, 1], [1, -1], [-1, -1], [0, 0]];
+const ROOT: f32 = 0.577_350_26;
+
+impl Rise {
+    pub(super) fn new(grid: &Grid, way: Way) -> Self {
+        let size = grid.size.map(|n| n as u32);
+        let count = grid.size[0] * grid.size[1];
+        let lines = std::array::from_fn(|_| Lines { passing: vec![Vec4::ZERO; count], last: vec![0; count] });
+        Self { way, size, cell_m: grid.cell_m as f32, lines, start: 0 }
+    }
+
+    /// Sums over the directions, of all cubes of a set.
+    pub(super) fn run(&mut self, set: &Set, cloud: &Cloud, border: &Border, state: &[State], sums: &mut [State]) {
+        self.start += self.size[2] + 1;
+        let cubes = set.places.iter().zip(&set.clouds).zip(sums);
+        match self.way {
+            Way::Up => {
+                cubes.for_each(|((place, cloudy), sum)| *sum = self.visit(*place, *cloudy, cloud, border, state))
+            }
+            Way::Down => {
+                cubes.rev().for_each(|((place, cloudy), sum)| *sum = self.visit(*place, *cloudy, cloud, border, state));
+            }
+        }
+    }
+
+    #[inline]
+    fn visit(&mut self, [x, y, z]: [u32; 3], cloudy: u32, cloud: &Cloud, border: &Border, state: &[State]) -> State {
+        let [nx, ny, nz] = self.size;
+        let (now, beyond, sign) = match self.way {
+            Way::Up => (self.start + z, border.below, 1.0),
+            Way::Down => (self.start + nz - 1 - z, border.above, -1.0),
+        };
+        // A line that leaves the domain at one side comes in at the other: the domain repeats.
+        let (shift_x, shift_y) = (z % nx, z % ny);
+        let back = |at: u32, shift: u32, n: u32| if at >= shift { at - shift } else { at + n - shift };
+        let on = |at: u32, shift: u32, n: u32| if at + shift >= n { at + shift - n } else { at + shift };
+        let xs = [on(x, shift_x, nx), back(x, shift_x, nx)];
+        let ys = [on(y, shift_y, ny), back(y, shift_y, ny)];
+        let number = |[i, j]: [i32; 2]| match (i, j) {
+            (0, _) => x + nx * y,
+            _ => xs[usize::from(i > 0)] + nx * ys[usize::from(j > 0)],
+        };
+        let start = self.start;
+        let arrives = |lines: &Lines, line: usize, length_m: f32| {
+            let last = lines.last[line];
+            if last < start {
+                return beyond;
+            }
+            let steps = now - last;
+            let passing = lines.passing[line];
+            if steps == 1 { passing } else { beyond + follow(steps, length_m) * (passing - beyond) }
+        };
+        let mut means = [Vec4::ZERO; 5];
+        if let Some(of) = state.get(cloudy as usize) {
+            let cloudy = cloudy as usize;
+            let [even, along_x, along_y, along_z] = border.source(cloud.sun[cloudy], of);
+            let passages = cloud.passages.of(cloud.densities[cloudy]);
+            let (along_x, along_y, along_z) = (sign * along_x, sign * along_y, sign * along_z);
+            let slanted = even + ROOT * along_z;
+            let (add_x, add_y) = (ROOT * along_x, ROOT * along_y);
+            let sources = [
+                slanted + add_x + add_y,
+                slanted - add_x + add_y,
+                slanted + add_x - add_y,
+                slanted - add_x - add_y,
+                even + along_z,
+            ];
+            for d in 0..5 {
+                let (passage, length) = if d == 4 { (&passages[0], 1.0) } else { (&passages[1], 1.732_050_8) };
+                let (line, lines) = (number(STEPS[d]) as usize, &mut self.lines[d]);
+                let source = sources[d].max(Vec4::ZERO);
+                let from = arrives(lines, line, length * self.cell_m) - source;
+                means[d] = source + from * passage.mean;
+                lines.passing[line] = source + from * passage.transmittance;
+                lines.last[line] = now;
+            }
+        } else {
+            for d in 0..5 {
+                let length = if d == 4 { 1.0 } else { 1.732_050_8 };
+                means[d] = arrives(&self.lines[d], number(STEPS[d]) as usize, length * self.cell_m);
+            }
+        }
+        let [a, b, c, d, vertical] = means;
+        let (weight, diagonal) = (EDGE * vertical, DIAGONAL * ((a + b) + (c + d)));
+        let flux = sign * DIAGONAL * ROOT;
+        State([
+            weight + diagonal,
+            flux * ((a - b) + (c - d)),
+            flux * ((a + b) - (c + d)),
+            sign * (weight + ROOT * diagonal),
+        ])
+    }
+
+    /// What leaves after the last run, weighted as flux.
+    pub(super) fn leaving(&self, border: &Border) -> DVec4 {
+        let beyond = if self.way == Way::Up { border.below } else { border.above };
+        let of = |(d, lines): (usize, &Lines)| {
+            let weight = if d == 4 { EDGE } else { DIAGONAL * ROOT };
+            let passed = lines.passing.iter().zip(&lines.last).filter(|(_, last)| **last >= self.start);
+            f64::from(weight) * passed.map(|(passing, _)| (*passing - beyond).as_dvec4()).sum::<DVec4>()
+        };
+        self.lines.iter().enumerate().map(of).sum()
+    }
+}

@@ -1,0 +1,78 @@
+//! Sunlight that arrives in the cubes of a lattice.
+
+use super::lighting::Lighting;
+use crate::cumulus::march::Ray;
+use crate::cumulus::volume::Volume;
+use glam::{DVec3, Vec4, dvec3};
+use std::f64::consts::PI;
+
+/// Optical depth towards the sun, after the forward peak counts as not scattered, beyond which nothing arrives.
+const DARK: f64 = 12.0;
+/// Over so much of a cube the surface is drawn for sun rays, for no finer light can be held, and over so much optical depth at most: what is drawn
+/// over more keeps light from the surface of dense cloud.
+const SOFT: f64 = 0.5;
+const SOFT_DEPTH: f64 = 0.5;
+/// A sun ray is followed over so many domains at most.
+const DOMAINS: f64 = 4.0;
+/// Distance of the samples of a cube from its centre along each axis, in cubes: Gauss's.
+const SAMPLE: f64 = 0.288_675_134_594_812_9;
+/// Samples of a cube.
+pub(super) const COUNT: usize = 8;
+
+/// Places of the samples of a cube, from its centre in cubes: along x, then y, then z.
+pub(super) fn samples() -> [DVec3; COUNT] {
+    let side = |after: usize| if after == 1 { SAMPLE } else { -SAMPLE };
+    std::array::from_fn(|i| dvec3(side(i & 1), side(i >> 1 & 1), side(i >> 2)))
+}
+
+/// As of the lattice.
+pub(super) fn sun_depth(volume: &Volume, lighting: &Lighting, from: DVec3, cell_m: f64) -> f64 {
+    let extinction = lighting.extinction_per_m[1];
+    let enough_m = DARK / (extinction * lighting.scattering[1].kept);
+    let farthest = DOMAINS * volume.extent_m;
+    let ray = Ray { from, towards: lighting.towards_sun };
+    let soft_m = (SOFT * cell_m).min(SOFT_DEPTH / extinction);
+    let length_m = volume.rough_length_m(ray, farthest, enough_m, soft_m);
+    if length_m > 0.0 {
+        return extinction * length_m;
+    }
+    let mut gap_m = cell_m;
+    let back = Ray { from, towards: -lighting.towards_sun };
+    volume.march(
+        back,
+        cell_m,
+        |_| 0.0,
+        |step| {
+            gap_m = step.from_m;
+            false
+        },
+    );
+    -extinction * gap_m
+}
+
+/// Sunlight in a cube over 4 pi, in the mean over its samples, by their density and the signed depths of the cubes around: linear between
+/// their centres.
+pub(super) fn arriving(lighting: &Lighting, filled: &[f32; COUNT], around: [f32; 27]) -> Vec4 {
+    let (near, far) = (1.0 - SAMPLE as f32, SAMPLE as f32);
+    let pair = |[a, b, c]: [f32; 3]| [near * b + far * a, near * b + far * c];
+    let rows: [[f32; 2]; 9] = std::array::from_fn(|i| pair([around[3 * i], around[3 * i + 1], around[3 * i + 2]]));
+    let slices: [[[f32; 2]; 2]; 3] = std::array::from_fn(|z| {
+        let [a, b] = [0, 1].map(|x| pair([rows[3 * z][x], rows[3 * z + 1][x], rows[3 * z + 2][x]]));
+        [[a[0], b[0]], [a[1], b[1]]]
+    });
+    let depths: [f32; COUNT] = std::array::from_fn(|i| {
+        let (x, y) = (i & 1, i >> 1 & 1);
+        pair([slices[0][y][x], slices[1][y][x], slices[2][y][x]])[i >> 2].max(0.0)
+    });
+    let share: f32 = filled.iter().sum();
+    let per_depth = [0, 1, 2]
+        .map(|c| (lighting.scattering[c].kept * lighting.extinction_per_m[c] / lighting.extinction_per_m[1]) as f32);
+    let arriving = |c: usize| {
+        let part = |(filled, depth): (&f32, f32)| filled * (-per_depth[c] * depth).exp();
+        filled.iter().zip(depths).map(part).sum::<f32>() / share.max(1e-9)
+    };
+    let green = arriving(1);
+    let parts = [0, 1, 2].map(|c| if per_depth[c] == per_depth[1] { green } else { arriving(c) });
+    let sun = lighting.sun.map(|sun| (sun / (4.0 * PI)) as f32);
+    Vec4::new(sun[0] * parts[0], sun[1] * parts[1], sun[2] * parts[2], 0.0)
+}
