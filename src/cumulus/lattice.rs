@@ -64,15 +64,33 @@ fn cell_m(volume: &Volume, extinction_per_m: f64) -> f64 {
     extent_m / (extent_m / cell).round()
 }
 
+/// The cubes of a volume's lattice.
+fn grid(volume: &Volume, lighting: &Lighting) -> Grid {
+    let cell_m = cell_m(volume, lighting.extinction_per_m[1]);
+    let across = (volume.extent_m / cell_m).round() as usize;
+    let floor_m = volume.floor_m + volume.voxel_m - cell_m;
+    let up = ((volume.top_m - floor_m) / cell_m).ceil() as usize + 1;
+    Grid { size: [across, across, up], cell_m, floor_m, extent_m: volume.extent_m }
+}
+
 impl Lattice {
+    /// Finds the depths towards the sun alone: there is no light in the cubes, and none is added above and below.
+    pub fn unlit(volume: &Volume, lighting: &Lighting) -> Self {
+        let grid = grid(volume, lighting);
+        let cells = Cells::new(volume, lighting, &grid);
+        let Grid { size, cell_m, floor_m, .. } = grid;
+        let mut sun_depth = vec![0.0; size.iter().product()];
+        for (place, depth) in cells.places.iter().zip(&cells.sun_depth) {
+            sun_depth[grid.number(place.map(i64::from))] = *depth;
+        }
+        let light = std::array::from_fn(|_| Vec::new());
+        Self { size, cell_m, floor_m, light, sun_depth, added: [[0.0; 3]; 2], iterations: 0, change: 0.0 }
+    }
+
     /// Solves for the light in a volume.
     pub fn solve(volume: &Volume, lighting: &Lighting) -> Self {
-        let cell_m = cell_m(volume, lighting.extinction_per_m[1]);
-        let across = (volume.extent_m / cell_m).round() as usize;
-        let floor_m = volume.floor_m + volume.voxel_m - cell_m;
-        let up = ((volume.top_m - floor_m) / cell_m).ceil() as usize + 1;
-        let size = [across, across, up];
-        let grid = Grid { size, cell_m, floor_m, extent_m: volume.extent_m };
+        let grid = grid(volume, lighting);
+        let Grid { size, cell_m, floor_m, .. } = grid;
         let cells = Cells::new(volume, lighting, &grid);
         let lines = Lines::new(&cells.places, &cells.slots, size, cell_m);
         let colour = |c: [f64; 3]| Vec4::new(c[0] as f32, c[1] as f32, c[2] as f32, 0.0);

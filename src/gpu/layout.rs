@@ -250,6 +250,32 @@ pub struct Cumulus {
     pub spare_1: u32,
 }
 
+/// Constants of a shader that takes a cumulus for its surface.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, Pod, Zeroable)]
+pub struct CumulusSurface {
+    /// Exponent of the glow's cosine, times length on the ray and share of the layer.
+    pub glow_m: [f32; 3],
+    /// Radius of what stands out of the coarser surface.
+    pub blob_m: f32,
+    /// Even light, of the sun's over pi.
+    pub ambient: f32,
+    /// Light by the sun's cosine.
+    pub diffuse: f32,
+    /// How far noise turns the normal.
+    pub bump: f32,
+    /// Strength of the glow.
+    pub corona: f32,
+    /// Depth at which a ray meets the body.
+    pub reached_m: f32,
+    /// Strength of light in creases.
+    pub traps: f32,
+    /// Where it is: metres, or the arctangent's coefficient.
+    pub trap: f32,
+    /// Unused.
+    pub spare: u32,
+}
+
 /// What lies behind the clouds.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq, Default, Pod, Zeroable)]

@@ -210,7 +210,8 @@ impl Pipeline {
                 let decks = if lit { run.fields.as_slice() } else { &[] };
                 let decks = decks.iter().enumerate().map(|(number, field)| Ok((number, self.thickness(field, watch)?)));
                 let decks = decks.collect::<Result<Vec<_>, RenderError>>()?;
-                self.cumulus.inputs(&self.gpu, job, &run.moment, &decks, lit, watch)
+                let method = lit.then_some(run.moment.plan.cumulus);
+                self.cumulus.inputs(&self.gpu, job, &run.moment, &decks, method, watch)
             })?,
             None => None,
         };

@@ -67,6 +67,11 @@ impl Request {
         {
             *layer = None;
         }
+        if let (None, Wanted::Cloud(Cloud { cumulus, .. }) | Wanted::Sky(Sky { cumulus, .. })) =
+            (&scene.cumulus, &mut self.wanted)
+        {
+            *cumulus = None;
+        }
         Ok(self)
     }
 
