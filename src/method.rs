@@ -232,10 +232,4 @@ impl CumulusMethod {
             Self::Lattice => "14 directions, dressed single scattering",
         }
     }
-
-    /// The cheapest that errs by no more than a tolerance, of those that are worth their cost: the others err by more than octaves and are
-    /// no cheaper by as much.
-    pub(crate) fn within(tolerance: f64) -> Self {
-        if tolerance >= Self::Octaves.error() { Self::Octaves } else { Self::Lattice }
-    }
 }

@@ -146,11 +146,8 @@ impl Plan {
             } else {
                 Transport::Blended
             }),
-            // Light on the ground takes the lattice.
-            cumulus: match request.texture().needs().slab {
-                true => request.wanted.cumulus().unwrap_or_else(|| CumulusMethod::within(tolerance)),
-                false => CumulusMethod::Lattice,
-            },
+            // Octaves err three times as much and save little: docs/charts/cumulus.csv.
+            cumulus: request.wanted.cumulus().unwrap_or(CumulusMethod::Lattice),
             texels_per_length: if tolerance >= COARSE_MAPS { 1.0 } else { 2.0 },
             texels_per_height: if tolerance >= COARSE_GRID { 2.0 } else { 4.0 },
             exchange_change: EXCHANGE_SHARE * tolerance,
@@ -190,13 +187,10 @@ impl Plan {
             let method = self.cumulus;
             let choice = format!("{}: {}", method.name(), method.about());
             let reason = match request.wanted.cumulus() {
-                Some(_) => "asked for".to_owned(),
-                None if method.error() <= self.tolerance => {
-                    format!("the cheapest within the tolerance of {}", self.tolerance)
-                }
-                None => format!("the most exact there is; the tolerance is {}", self.tolerance),
+                Some(CumulusMethod::Lattice) | None => "in three dimensions: none is more exact, and the next one saves little",
+                Some(_) => "asked for",
             };
-            add("cumulus", choice, reason, method.error());
+            add("cumulus", choice, reason.to_owned(), method.error());
         }
         if scene.layers.is_empty() {
             return choices;

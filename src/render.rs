@@ -100,8 +100,8 @@ impl Renderer {
         // So that of light in cumulus.
         for method in CumulusMethod::ALL.map(|(_, method)| method) {
             let by = |wanted: Wanted| match wanted {
-                Wanted::Cloud(cloud) => Wanted::Cloud(Cloud { cumulus: Some(method), tolerance: 1.0, ..cloud }),
-                Wanted::Sky(sky) => Wanted::Sky(Sky { cumulus: Some(method), tolerance: 1.0, ..sky }),
+                Wanted::Cloud(cloud) => Wanted::Cloud(Cloud { cumulus: method, tolerance: 1.0, ..cloud }),
+                Wanted::Sky(sky) => Wanted::Sky(Sky { cumulus: method, tolerance: 1.0, ..sky }),
                 other => other,
             };
             requests.extend([TextureKind::Cloud, TextureKind::Sky].map(|kind| {

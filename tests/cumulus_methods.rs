@@ -100,52 +100,55 @@ fn direction(zenith_deg: f64, azimuth_deg: f64) -> DVec3 {
     DVec3::new(sin * east, sin * north, cos)
 }
 
-/// Rms in percent over pictures from before, beside and above, and from behind, of each method: what was found on the public pictures of
-/// Monte Carlo. The specification's prototypes had: shaders fitted 50 and 65, the veil repaired 77 and 63, octaves 22 and 25, the
-/// lattice 5.5 and 7.0. Differences of the shaders come from what a volume shows of spheres.
-const FOUND: [(&str, f64, f64); 9] = [
-    ("shader3-published", 0.0, 0.0),
-    ("shader-published", 0.0, 0.0),
-    ("shader3", 0.0, 0.0),
-    ("shader", 0.0, 0.0),
-    ("forward", 0.0, 0.0),
-    ("octaves of halves", 0.0, 0.0),
-    ("8 octaves", 0.0, 0.0),
-    ("octaves", 0.0, 0.0),
-    ("lattice", 0.0, 0.0),
+/// Sets of pictures: the sun before, beside, above and behind a cloud that is seen from the side; a cloud from above and from below.
+const SETS: [&str; 6] = ["front", "side", "top", "back", "above", "below"];
+
+/// Rms in percent on the public pictures of Monte Carlo, by these sets. The specification's prototypes had, over suns from before, beside
+/// and above, and from behind: shaders fitted 50 and 65, the veil repaired 77 and 63, octaves of halves 64 and 63, three fitted 22
+/// and 25, eight 21 and 24, the lattice 5.5 and 7.0. What differs of shaders comes from blobs that are read through a volume.
+const FOUND: [(&str, [f64; 6]); 9] = [
+    ("shader3-published", [146.9, 76.8, 71.0, 96.1, 201.9, 96.1]),
+    ("shader-published", [105.5, 76.6, 70.8, 87.6, 123.1, 89.9]),
+    ("shader3", [37.4, 51.0, 46.1, 71.3, 42.4, 64.9]),
+    ("shader", [38.0, 50.2, 45.0, 71.2, 44.0, 64.3]),
+    ("forward", [99.7, 51.0, 54.7, 53.6, 88.4, 44.2]),
+    ("octaves of halves", [91.0, 67.8, 68.1, 41.0, 86.6, 27.7]),
+    ("8 octaves", [20.4, 20.8, 19.0, 21.1, 27.1, 25.1]),
+    ("octaves", [24.6, 20.0, 19.7, 20.7, 30.2, 23.9]),
+    ("lattice", [4.2, 7.7, 7.8, 7.8, 6.3, 5.6]),
 ];
 
 #[test]
 fn methods_err_as_they_were_found_to() {
     let found = cumulus_errors(&|_| ()).unwrap();
-    let mean = |of: &dyn Fn(&CumulusError) -> Option<f64>| {
-        let values: Vec<f64> = found.iter().filter_map(of).collect();
+    let mean = |name: &str, set: Option<&str>, of: &dyn Fn(&CumulusError) -> f64| {
+        let own =
+            |error: &&CumulusError| error.method == name && set.map_or(error.set != "sky", |set| error.set == set);
+        let values: Vec<f64> = found.iter().filter(own).map(of).collect();
         100.0 * values.iter().sum::<f64>() / values.len() as f64
     };
     let mut wrong = Vec::new();
-    for (name, front, back) in FOUND {
-        let own = |error: &CumulusError, behind: bool| {
-            error.method == name && error.set != "sky" && error.from_behind == behind
-        };
-        let rms = [false, true].map(|behind| mean(&|error| own(error, behind).then_some(error.rms)));
-        let energy = [false, true].map(|behind| mean(&|error| own(error, behind).then_some(error.energy)));
-        println!(">> {name}: front {:.1} ({:+.1}), back {:.1} ({:+.1})", rms[0], energy[0], rms[1], energy[1]);
-        for set in ["front", "side", "top", "back", "above", "below", "sky"] {
-            let of = |error: &CumulusError| error.method == name && error.set == set;
+    for (name, wanted) in FOUND {
+        for (set, wanted) in SETS.into_iter().zip(wanted) {
             let [rms, energy] =
-                [mean(&|error| of(error).then_some(error.rms)), mean(&|error| of(error).then_some(error.energy))];
-            println!(".. {set}: {rms:.1} ({energy:+.1})");
+                [mean(name, Some(set), &|error| error.rms), mean(name, Some(set), &|error| error.energy)];
+            println!("{name}, {set}: rms {rms:.1} %, energy {energy:+.1} %");
+            wrong.extend(((rms - wanted).abs() > 0.5).then(|| format!("{name}, {set}: {rms} for {wanted}")));
         }
-        let is_as_found = (rms[0] - front).abs() < 0.5 && (rms[1] - back).abs() < 0.5;
-        wrong.extend((!is_as_found).then(|| format!("{name}: {rms:?}")));
         // The plan tells what is found over all suns.
-        let all = mean(&|error| (error.method == name && error.set != "sky").then_some(error.rms));
+        let all = mean(name, None, &|error| error.rms);
         if let Some((_, method)) = CumulusMethod::ALL.iter().find(|(own, _)| *own == name) {
             let is_planned = (100.0 * method.error() - all).abs() < 0.05 * all + 1.0;
             wrong.extend((!is_planned).then(|| format!("{name}: {all} in the mean, the plan has {}", method.error())));
         }
     }
     assert!(wrong.is_empty(), "{wrong:?}");
+    // Light of an even sky is that of a smooth grey cloud but for the lattice's.
+    assert!(
+        mean("lattice", Some("sky"), &|error| error.rms) < 5.0
+            && mean("shader", Some("sky"), &|error| error.rms) < 44.0
+    );
+    assert!(mean("octaves", Some("sky"), &|error| error.rms) < 57.0);
 }
 
 struct Bench {
@@ -371,7 +374,8 @@ fn skies_by_every_method() {
     assert!((octaves / lattice - 1.0).abs() < 0.03, "{octaves} for {lattice}");
 }
 
-/// The plan takes octaves where they are exact enough, and names method and error; a scene without cumulus has no such parameter.
+/// The plan names method and error, and takes the lattice unless another is asked for: octaves save little (docs/charts/cumulus.csv). A scene
+/// without cumulus has no such parameter.
 #[test]
 fn the_plan_names_the_method() {
     let bench = Bench::open();
@@ -381,16 +385,17 @@ fn the_plan_names_the_method() {
         (job.request().to_query(), choices.into_iter().find(|choice| choice.stage == "cumulus"))
     };
     let scene = three(40.0, 0.03);
-    for (tolerance, name) in [("0.02", "lattice"), ("0.2", "lattice"), ("0.3", "octaves"), ("1", "octaves")] {
+    for tolerance in ["0.02", "0.3", "1"] {
         let (_, choice) = chosen(&scene, &[("tolerance", tolerance)]);
         let choice = choice.unwrap();
-        assert!(choice.choice.starts_with(name), "{tolerance}: {choice:?}");
+        assert!(choice.choice.starts_with("lattice") && choice.error == 0.07, "{tolerance}: {choice:?}");
     }
     for (name, method) in CumulusMethod::ALL {
         let (query, choice) = chosen(&scene, &[("cumulus", name)]);
         let choice = choice.unwrap();
-        assert!(choice.choice.starts_with(name) && choice.reason == "asked for" && choice.error == method.error());
-        assert_eq!(query, [("cumulus", name.to_owned())]);
+        assert!(choice.choice.starts_with(name) && choice.error == method.error(), "{choice:?}");
+        let wanted = (method != CumulusMethod::Lattice).then(|| ("cumulus", name.to_owned()));
+        assert_eq!(query, wanted.into_iter().collect::<Vec<_>>());
     }
     let none = r#"{"domain": {"resolution": 16}}"#;
     assert!(chosen(none, &[("cumulus", "octaves")]).0.is_empty());

@@ -225,9 +225,9 @@ pub const QUERY_PARAMETERS: &[QueryParameter] = &[
     QueryParameter {
         name: "cumulus",
         values: CumulusMethod::WORDS,
-        default: "by tolerance",
+        default: "lattice",
         meaning: "how light in cumulus is computed",
-        read: |given, text| set(&mut given.cumulus, Some(Some(word(text, &CumulusMethod::ALL)?))),
+        read: |given, text| set(&mut given.cumulus, word(text, &CumulusMethod::ALL)),
         write: |request| Some(request.wanted.cumulus()?.name().to_owned()),
     },
     QueryParameter {

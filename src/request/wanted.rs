@@ -164,8 +164,8 @@ pub struct Cloud {
     pub method: Option<Method>,
     /// How sunlight is carried through uneven cloud; the plan's choice when `None`.
     pub transport: Option<Transport>,
-    /// How light in cumulus is computed; the plan's choice when `None`.
-    pub cumulus: Option<CumulusMethod>,
+    /// How light in cumulus is computed.
+    pub cumulus: CumulusMethod,
 }
 
 /// What is asked of the sky.
@@ -185,8 +185,8 @@ pub struct Sky {
     pub method: Option<Method>,
     /// How sunlight is carried through uneven cloud; the plan's choice when `None`.
     pub transport: Option<Transport>,
-    /// How light in cumulus is computed; the plan's choice when `None`.
-    pub cumulus: Option<CumulusMethod>,
+    /// How light in cumulus is computed.
+    pub cumulus: CumulusMethod,
 }
 
 /// What is asked of the sun's beam on the ground.
@@ -311,11 +311,11 @@ impl Wanted {
         }
     }
 
-    /// The method of light in cumulus that is asked for.
+    /// The method of light in cumulus, where it is seen.
     pub fn cumulus(&self) -> Option<CumulusMethod> {
         match self {
-            Self::Cloud(cloud) => cloud.cumulus,
-            Self::Sky(sky) => sky.cumulus,
+            Self::Cloud(cloud) => Some(cloud.cumulus),
+            Self::Sky(sky) => Some(sky.cumulus),
             Self::Shadow(_) | Self::Irradiance(_) | Self::Thickness { .. } | Self::Compass(_) => None,
         }
     }
