@@ -187,7 +187,9 @@ impl Plan {
             let method = self.cumulus;
             let choice = format!("{}: {}", method.name(), method.about());
             let reason = match request.wanted.cumulus() {
-                Some(CumulusMethod::Lattice) | None => "in three dimensions: none is more exact, and the next one saves little",
+                Some(CumulusMethod::Lattice) | None => {
+                    "in three dimensions: none is more exact, and the next one saves little"
+                }
                 Some(_) => "asked for",
             };
             add("cumulus", choice, reason.to_owned(), method.error());
