@@ -1,7 +1,7 @@
 // A cumulus layer on a plane over the domain: the texture cloud.
-@group(0) @binding(12) var<uniform> view: View;
-@group(0) @binding(13) var<storage, read_write> output: array<f32>;
-@group(0) @binding(14) var<storage, read_write> held: array<vec2<f32>>;
+@group(0) @binding(CUMULUS_NEXT) var<uniform> view: View;
+@group(0) @binding(CUMULUS_NEXT + 1u) var<storage, read_write> output: array<f32>;
+@group(0) @binding(CUMULUS_NEXT + 2u) var<storage, read_write> held: array<vec2<f32>>;
 
 // Of a texel's width, what of it a surface is drawn over.
 const PLANE_SOFT: f32 = 0.7;

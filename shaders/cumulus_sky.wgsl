@@ -1,10 +1,10 @@
 // A cumulus layer on a picture of the sky: along the part of each ray that sinks, or that rises.
-@group(0) @binding(12) var<uniform> view: SkyView;
-@group(0) @binding(13) var air: texture_2d<f32>; // between the eye and the layer
-@group(0) @binding(14) var clamped: sampler;
-@group(0) @binding(15) var<storage, read> tiles: array<u32>;
-@group(0) @binding(16) var<storage, read_write> output: array<f32>;
-@group(0) @binding(17) var<storage, read_write> held: array<vec2<f32>>;
+@group(0) @binding(CUMULUS_NEXT) var<uniform> view: SkyView;
+@group(0) @binding(CUMULUS_NEXT + 1u) var air: texture_2d<f32>; // between the eye and the layer
+@group(0) @binding(CUMULUS_NEXT + 2u) var clamped: sampler;
+@group(0) @binding(CUMULUS_NEXT + 3u) var<storage, read> tiles: array<u32>;
+@group(0) @binding(CUMULUS_NEXT + 4u) var<storage, read_write> output: array<f32>;
+@group(0) @binding(CUMULUS_NEXT + 5u) var<storage, read_write> held: array<vec2<f32>>;
 
 // Nothing behind is seen through more than this.
 const SKY_OPAQUE: f32 = 0.9998;

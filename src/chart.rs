@@ -1,14 +1,15 @@
 //! Charts of how exact and how fast each method of slab light, of moving fields, of exchanged light, of sunlight through
-//! uneven cloud, of clear air and of air with clouds in it is, as pictures (SVG) and tables (CSV).
+//! uneven cloud, of clear air, of air with clouds in it and of cumulus is, as pictures (SVG) and tables (CSV).
 //!
 //! `truth` solves slabs exactly, `medium` has each method in double precision, `row` lists them, `errors` and `cost` measure; `slab`, `fluxes`,
-//! `radiance`, `modified`, `validity`, `field`, `exchange`, `light`, `air` and `coupling` are one chart each; `figure` draws; `file` is what comes
+//! `radiance`, `modified`, `validity`, `field`, `exchange`, `light`, `air`, `coupling` and `cumulus` are one chart each; `figure` draws; `file` is what comes
 //! out; `sample` is what a test computes again.
 
 mod air;
 mod cost;
 mod coupling;
 mod csv;
+mod cumulus;
 mod device;
 mod errors;
 mod exchange;
@@ -32,6 +33,7 @@ mod veil;
 use crate::tables::TableLibrary;
 
 pub use coupling::{CouplingError, Scheme, coupling_errors};
+pub use cumulus::{CumulusError, cumulus_errors};
 pub use errors::{SLAB_MEDIA, SlabErrors, slab_errors};
 pub use file::{ChartError, ChartFile};
 pub use row::SlabRow;
@@ -98,6 +100,12 @@ pub const CHARTS: &[Chart] = &[
         about: "air and clouds: ways to couple them",
         make: coupling::make,
         sample: Some(coupling::sample),
+    },
+    Chart {
+        name: "cumulus",
+        about: "light in cumulus: cost of every method against its error",
+        make: cumulus::make,
+        sample: Some(cumulus::sample),
     },
     Chart { name: "slab-validity", about: "where each method holds its accuracy", make: validity::make, sample: None },
 ];

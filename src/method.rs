@@ -1,6 +1,7 @@
 //! The methods between which a plan picks and which a request can force. Each is a value: what a stage, a twin or a chart
 //! knows of it is found by an exhaustive match, or by going through `ALL`.
 
+use crate::cumulus::Surface;
 use crate::tables::Detail;
 
 /// Names of an enum's values, cheap to exact, from one table.
@@ -171,6 +172,73 @@ impl Transport {
             Self::Tilted => 0.43,
             Self::Entry => 0.60,
             Self::Blended => 0.34,
+        }
+    }
+}
+
+/// How light in a layer of cumulus is computed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum CumulusMethod {
+    /// The shader of 2000 with its own constants.
+    Shader3Published,
+    /// The shader that followed it, repaired, with the constants of its pictures.
+    ShaderPublished,
+    /// The shader of 2000, its constants fitted to Monte Carlo: a surface with creases, and an edge that glows.
+    Shader3,
+    /// The shader that followed it, repaired and fitted in the same way.
+    Shader,
+    /// A veil that scatters forwards, by its thickness alone: right for thin cloud before the sun.
+    Forward,
+    /// Three octaves of light scattered once, each broader and deeper in the cloud than the one before.
+    Octaves,
+    /// Dressed single scattering, and all other light from a lattice that is solved along 14 directions in three dimensions.
+    Lattice,
+}
+
+named! {
+    CumulusMethod:
+    Shader3Published = "shader3-published",
+    ShaderPublished = "shader-published",
+    Shader3 = "shader3",
+    Shader = "shader",
+    Forward = "forward",
+    Octaves = "octaves",
+    Lattice = "lattice"
+}
+
+impl CumulusMethod {
+    /// Constants of the shaders that take a cloud for its surface.
+    pub fn surface(self) -> Option<Surface> {
+        match self {
+            Self::Shader3Published => Some(Surface::PUBLISHED_3),
+            Self::ShaderPublished => Some(Surface::PUBLISHED),
+            Self::Shader3 => Some(Surface::REFITTED_3),
+            Self::Shader => Some(Surface::REFITTED),
+            Self::Forward | Self::Octaves | Self::Lattice => None,
+        }
+    }
+
+    /// Relative error, root mean square over pictures of clouds at many suns, before and behind them (docs/charts/cumulus.csv).
+    pub fn error(self) -> f64 {
+        match self {
+            Self::Shader3Published => 1.2,
+            Self::ShaderPublished => 0.95,
+            Self::Shader3 => 0.55,
+            Self::Shader => 0.55,
+            Self::Forward => 0.64,
+            Self::Octaves => 0.24,
+            Self::Lattice => 0.07,
+        }
+    }
+
+    /// What it does, in words.
+    pub fn about(self) -> &'static str {
+        match self {
+            Self::Shader3Published | Self::Shader3 => "surface with creases by angle and a glowing edge",
+            Self::ShaderPublished | Self::Shader => "surface with creases by distance and a glowing edge",
+            Self::Forward => "veil that scatters forwards",
+            Self::Octaves => "3 octaves of single scattering",
+            Self::Lattice => "14 directions, dressed single scattering",
         }
     }
 }

@@ -5,7 +5,7 @@
 //! or its finest where none does; [`expected_error`] tells what they come to together.
 
 use crate::field;
-use crate::method::{Method, Reference, SlabMethod, Transport};
+use crate::method::{CumulusMethod, Method, Reference, SlabMethod, Transport};
 use crate::request::Request;
 use crate::scene::quantity::Quantity as _;
 use crate::scene::{GroundAlbedo, Layer, Scene, Thickness};
@@ -80,9 +80,6 @@ const SKY_DETAIL: [(SkyDetail, f64); 2] = [
 /// The finest look.
 const FINEST_SKY: SkyDetail = SkyDetail { rays: 8, texels_per_ray: 4.0, coarseness: 0.0, steps: 2.0, error: 0.12 };
 
-/// Relative error of light in cumulus, root mean square over pictures of clouds at many suns (tests/cumulus.rs).
-const CUMULUS_ERROR: f64 = 0.07;
-
 /// What a request will use.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Plan {
@@ -94,6 +91,8 @@ pub struct Plan {
     pub reference: Option<Reference>,
     /// How sunlight is carried through uneven cloud.
     pub transport: Transport,
+    /// How light in cumulus is computed.
+    pub cumulus: CumulusMethod,
     /// Texels of the maps of sunlight per transport length of the cloud: light is spread by about as much.
     pub texels_per_length: f64,
     /// Grid texels per height of the cloud base.
@@ -147,6 +146,8 @@ impl Plan {
             } else {
                 Transport::Blended
             }),
+            // Octaves err three times as much and save little: docs/charts/cumulus.csv.
+            cumulus: request.wanted.cumulus().unwrap_or(CumulusMethod::Lattice),
             texels_per_length: if tolerance >= COARSE_MAPS { 1.0 } else { 2.0 },
             texels_per_height: if tolerance >= COARSE_GRID { 2.0 } else { 4.0 },
             exchange_change: EXCHANGE_SHARE * tolerance,
@@ -183,9 +184,15 @@ impl Plan {
             return choices;
         }
         if scene.cumulus.is_some() {
-            let choice = "lattice: 14 directions, dressed single scattering".to_owned();
-            let reason = "light in three dimensions; measured on clouds by Monte Carlo".to_owned();
-            add("cumulus", choice, reason, CUMULUS_ERROR);
+            let method = self.cumulus;
+            let choice = format!("{}: {}", method.name(), method.about());
+            let reason = match request.wanted.cumulus() {
+                Some(CumulusMethod::Lattice) | None => {
+                    "in three dimensions: none is more exact, and the next one saves little"
+                }
+                Some(_) => "asked for",
+            };
+            add("cumulus", choice, reason.to_owned(), method.error());
         }
         if scene.layers.is_empty() {
             return choices;

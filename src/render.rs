@@ -21,7 +21,8 @@ use crate::cumulus;
 use crate::encode::{Exposure, Output, Picture, metered_white};
 use crate::gpu::{AdapterSummary, Gpu, GpuError};
 use crate::illumination::Illumination;
-use crate::request::{Cloud, Format, Method, Request, Sky, TextureKind, Wanted};
+use crate::method::{CumulusMethod, Method};
+use crate::request::{Cloud, Format, Request, Sky, TextureKind, Wanted};
 use crate::scene::Scene;
 use crate::scene::quantity::Quantity as _;
 use crate::tables::TableLibrary;
@@ -96,6 +97,18 @@ impl Renderer {
             requests.partition(|request| request.texture().needs().slab);
         for request in shaded {
             requests.extend(Method::fast().map(|method| by(request, method)));
+        }
+        // So that of light in cumulus.
+        for method in CumulusMethod::ALL.map(|(_, method)| method) {
+            let by = |wanted: Wanted| match wanted {
+                Wanted::Cloud(cloud) => Wanted::Cloud(Cloud { cumulus: method, tolerance: 1.0, ..cloud }),
+                Wanted::Sky(sky) => Wanted::Sky(Sky { cumulus: method, tolerance: 1.0, ..sky }),
+                other => other,
+            };
+            requests.extend([TextureKind::Cloud, TextureKind::Sky].map(|kind| {
+                let request = Request::new(kind, Format::F32);
+                Request { wanted: by(request.wanted), ..request }
+            }));
         }
         for request in requests {
             let job = Job::prepare(Arc::clone(&scene), request, &Images::new(), &library, &|_| ())?;

@@ -10,7 +10,7 @@ mod tiles;
 use crate::gpu::layout::View;
 use crate::gpu::{Gpu, GpuError, binds, shaders};
 use crate::request::TextureKind;
-pub(crate) use cumulus::{CumulusField, CumulusInputs, CumulusLit, Dressed};
+pub(crate) use cumulus::{CoarseNormals, CumulusField, CumulusInputs, CumulusLight, CumulusLit, Dressed, SunDepth};
 use ground::on_the_ground;
 pub(crate) use ground::{GroundSun, ground_sun};
 use inputs::{DrawnOn, cloud_binds, each, early, held};

@@ -61,6 +61,10 @@ fn tables_have_their_columns() {
         columns("air.csv"),
         "method,set,truth,wavelength_nm,sun_zenith_deg,rms_percent,worst_percent,noise_percent,views,seconds_per_air,ms_per_sun"
     );
+    assert_eq!(
+        columns("cumulus.csv"),
+        "method,cloud,set,rms_percent,energy_percent,us_per_pixel,cost_ratio,ms_per_sun"
+    );
     for chart in CHARTS {
         let table = committed(&format!("{}.csv", chart.name));
         assert!(table.len() > 10 && table.iter().all(|row| row.len() == table[0].len()), "{}", chart.name);
@@ -133,7 +137,7 @@ fn a_sample_of_each_chart_is_as_committed() {
         }
         charts += 1;
     }
-    assert_eq!(charts, 5);
+    assert_eq!(charts, 6);
 }
 
 /// What the chart of light shows: below a low sun the blended transport errs less than columns, the marched shadow far

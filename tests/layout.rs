@@ -8,13 +8,13 @@ use naga::valid::{Capabilities, ValidationFlags, Validator};
 use naga::{Expression, Literal, Module, ShaderStage, TypeInner};
 use skyloom::cumulus::{self, dressed};
 use skyloom::gpu::layout::{
-    self, Backdrop, Blend, Blur, Cells, Cumulus, Eddies, Frame, Histogram, Medium, Octaves, Placement, Remainder,
-    Share, SkyView, Step, Sun, SunMaps, Transfer, View,
+    self, Backdrop, Blend, Blur, Cells, Cumulus, CumulusSurface, Eddies, Frame, Histogram, Medium, Octaves, Placement,
+    Remainder, Share, SkyView, Step, Sun, SunMaps, Transfer, View,
 };
 use skyloom::gpu::shaders::{self, Shader};
 use skyloom::projection::SphereLayout;
-use skyloom::reference::cumulus as seen;
 use skyloom::reference::{air, cloud_sky, path_sampled, sky, sphere};
+use skyloom::reference::{cumulus as seen, cumulus_forward, cumulus_surface};
 use skyloom::slab::fluxes;
 use skyloom::slab::phases as tables;
 use skyloom::slab::radiance::{aureole, table};
@@ -132,6 +132,7 @@ fn host_layouts() -> Vec<(&'static str, Layout)> {
             spare_0,
             spare_1
         }),
+        host_layout!(CumulusSurface { glow_m, blob_m, ambient, diffuse, bump, corona, reached_m, traps, trap, spare }),
         host_layout!(Blur { axis, radius, sharpness }),
         host_layout!(Share { entry_scale, entry_weight, reflect_scale, spare, in_air, spare_2 }),
         host_layout!(Remainder {
@@ -184,20 +185,48 @@ fn constants_of_cumulus() {
         ("CUMULUS_STEP", cumulus::STEP),
         ("CUMULUS_ROUGH_STEP_M", cumulus::ROUGH_STEP_M),
     ];
-    let light = [
+    let pieces = [
         ("CUMULUS_SHARES", seen::SHARES),
         ("CUMULUS_OPAQUE", seen::OPAQUE),
         ("CUMULUS_NEAR_SUN", seen::NEAR_SUN),
         ("CUMULUS_NEAR_SUN_DEPTH", seen::NEAR_SUN_DEPTH),
+    ];
+    let lattice = [
         ("CUMULUS_DETOUR", dressed::DETOUR),
         ("CUMULUS_PATH_SCALE", dressed::PATH_SCALE),
         ("CUMULUS_PATH_LOG", dressed::PATH_BASE.ln()),
     ];
+    let cumulus::Octaves { count, gain, amplitude, sun, asymmetry, view } = cumulus::Octaves::REFITTED;
+    let octaves = [
+        ("OCTAVES_COUNT", f64::from(count)),
+        ("OCTAVES_GAIN", gain),
+        ("OCTAVES_AMPLITUDE", amplitude),
+        ("OCTAVES_SUN", sun),
+        ("OCTAVES_ASYMMETRY", asymmetry),
+        ("OCTAVES_VIEW", view),
+    ];
+    let forward = [
+        ("FORWARD_OPAQUE", cumulus_forward::FORWARD_OPAQUE),
+        ("FORWARD_SHARPEST", cumulus_forward::FORWARD_SHARPEST),
+        ("FORWARD_BROADEST", cumulus_forward::FORWARD_BROADEST),
+    ];
+    let surface = [
+        ("SURFACE_OPAQUE", cumulus_surface::SURFACE_OPAQUE),
+        ("SURFACE_SHARPEST", cumulus_surface::SURFACE_SHARPEST),
+        ("SURFACE_GRAIN", cumulus_surface::SURFACE_GRAIN),
+    ];
     for shader in [&shaders::CUMULUS_GROUND, &shaders::CUMULUS_THICKNESS] {
         assert_constants(shader, &steps);
     }
-    for shader in [&shaders::CUMULUS_PLANE, &shaders::CUMULUS_SKY] {
-        assert_constants(shader, &[&steps[..], &light].concat());
+    for shader in [&shaders::CUMULUS_PLANE_LATTICE, &shaders::CUMULUS_SKY_LATTICE] {
+        assert_constants(shader, &[&steps[..], &pieces, &lattice].concat());
+    }
+    for shader in [&shaders::CUMULUS_PLANE_OCTAVES, &shaders::CUMULUS_SKY_OCTAVES] {
+        assert_constants(shader, &[&steps[..], &pieces, &octaves].concat());
+    }
+    assert_constants(&shaders::CUMULUS_SKY_FORWARD, &forward);
+    for shader in [&shaders::CUMULUS_SKY_SHADER, &shaders::CUMULUS_SKY_SHADER3] {
+        assert_constants(shader, &surface);
     }
 }
 

@@ -184,7 +184,7 @@ fn check_clouds(stages: &Stages, sky: &SkyStages, given: &Given) {
     // As a part of the light of the sun there.
     let share = shares.iter().map(|share| place_error(share, 1.0)).fold(0.0, f64::max);
     let of_method = match slab {
-        HostSlab::Analytic(_) => TABLE_REL,
+        HostSlab::Forward(_) | HostSlab::Analytic(_) => TABLE_REL,
         HostSlab::Tabulated(_) => SLICE_REL,
     };
     let bright = clouds.chunks(4).flat_map(|texel| &texel[..3]).copied().fold(0.0, f64::max);

@@ -129,6 +129,20 @@ struct Cumulus {
     spare_1: u32,
 }
 
+// Constants of a shader that takes a cumulus for its surface.
+struct CumulusSurface {
+    glow_m: vec3<f32>,        // exponent of the glow's cosine, times length on the ray and share of the layer
+    blob_m: f32,              // radius of what stands out of the coarser surface
+    ambient: f32,             // even light, of the sun's over pi
+    diffuse: f32,             // light by the sun's cosine
+    bump: f32,                // how far noise turns the normal
+    corona: f32,              // strength of the glow
+    reached_m: f32,           // depth at which a ray meets the body
+    traps: f32,               // strength of light in creases
+    trap: f32,                // where it is: metres, or the arctangent's coefficient
+    spare: u32,
+}
+
 // What lies behind the clouds.
 struct Backdrop {
     sun: vec3<f32>,           // unit vector towards it

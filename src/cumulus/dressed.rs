@@ -38,6 +38,13 @@ impl Scattering {
             asymmetry: (moment(1) - forward) / (1.0 - forward),
         }
     }
+
+    /// Single-scattering albedo and asymmetry of the droplets, with their forward peak.
+    pub fn droplets(&self) -> (f64, f64) {
+        let albedo = self.albedo * self.kept + 1.0 - self.kept;
+        let forward = (1.0 - self.kept) / albedo.max(1e-12);
+        (albedo, self.asymmetry * (1.0 - forward) + forward)
+    }
 }
 
 /// Light of a sun of irradiance 1 scattered towards the eye by a piece of cloud of optical depth 1, over (path, angle): the path is the optical

@@ -71,7 +71,29 @@ fn cell_m(volume: &Volume, extinction_per_m: f64) -> f64 {
     extent_m / (whole * (extent_m / cell / whole).round())
 }
 
+/// The cubes of a volume's lattice.
+fn grid(volume: &Volume, lighting: &Lighting) -> Grid {
+    let cell_m = cell_m(volume, lighting.extinction_per_m[1]);
+    let across = (volume.extent_m / cell_m).round() as usize;
+    let floor_m = volume.floor_m + volume.voxel_m - cell_m;
+    let up = ((volume.top_m - floor_m) / cell_m).ceil() as usize + 1;
+    Grid { size: [across, across, up], cell_m, floor_m, extent_m: volume.extent_m }
+}
+
 impl Lattice {
+    /// Finds the depths towards the sun alone: there is no light in the cubes, and none is added above and below.
+    pub fn unlit(volume: &Volume, lighting: &Lighting) -> Self {
+        let grid = grid(volume, lighting);
+        let cells = Cells::new(volume, lighting, &grid);
+        let Grid { size, cell_m, floor_m, .. } = grid;
+        let mut sun_depth = vec![f16::ZERO; grid.count()];
+        for (place, depth) in cells.near.places.iter().zip(&cells.sun_depth) {
+            sun_depth[grid.number(*place)] = half(*depth);
+        }
+        let light = std::array::from_fn(|_| Vec::new());
+        Self { size, cell_m, floor_m, light, sun_depth, added: [[0.0; 3]; 2], iterations: 0, change: 0.0 }
+    }
+
     /// Solves for the light in a volume.
     pub fn solve(volume: &Volume, lighting: &Lighting) -> Self {
         match Self::solve_watched::<Infallible>(volume, lighting, &|| Ok(())) {
@@ -86,11 +108,8 @@ impl Lattice {
     ///
     /// Those of `look`.
     pub fn solve_watched<E>(volume: &Volume, lighting: &Lighting, look: &dyn Fn() -> Result<(), E>) -> Result<Self, E> {
-        let cell_m = cell_m(volume, lighting.extinction_per_m[1]);
-        let across = (volume.extent_m / cell_m).round() as usize;
-        let floor_m = volume.floor_m + volume.voxel_m - cell_m;
-        let up = ((volume.top_m - floor_m) / cell_m).ceil() as usize + 1;
-        let grid = Grid { size: [across, across, up], cell_m, floor_m, extent_m: volume.extent_m };
+        let grid = grid(volume, lighting);
+        let Grid { size: [across, ..], cell_m, floor_m, .. } = grid;
         look()?;
         let cells = Cells::new(volume, lighting, &grid);
         look()?;
@@ -111,7 +130,6 @@ impl Lattice {
             iterations: settled.iterations,
             change: settled.change,
         };
-        let half = |value: f32| f16::from_f32(value.clamp(-65504.0, 65504.0));
         for ((place, state), depth) in cells.near.places.iter().zip(&light).zip(&cells.sun_depth) {
             let number = grid.number(*place);
             for (c, light) in lattice.light.iter_mut().enumerate() {
@@ -121,6 +139,10 @@ impl Lattice {
         }
         Ok(lattice)
     }
+}
+
+fn half(value: f32) -> f16 {
+    f16::from_f32(value.clamp(-65504.0, 65504.0))
 }
 
 /// When iterations are done: at a relative change of one of them, or after so many.

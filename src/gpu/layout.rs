@@ -1,7 +1,10 @@
 //! Host structs of the shaders: the same names, order and offsets as `shaders/shared/frame.wgsl`. A reflection test
 //! (`tests/layout.rs`) compares the two. Meanings are told there.
 
+mod cumulus;
+
 use bytemuck::{Pod, Zeroable};
+pub use cumulus::{Cumulus, CumulusSurface};
 
 /// Grazing rays are computed at this cosine at least: 0.006 degrees above the horizon.
 pub const MIN_COSINE: f32 = 1e-4;
@@ -192,62 +195,6 @@ pub struct SkyView {
     pub spare_1: u32,
     /// Unused.
     pub spare_2: u32,
-}
-
-/// A cumulus layer at one moment: where it is, what it is made of, how it is lit.
-#[repr(C)]
-#[derive(Debug, Clone, Copy, PartialEq, Default, Pod, Zeroable)]
-pub struct Cumulus {
-    /// Unit vector towards it.
-    pub sun: [f32; 3],
-    /// Side of the domain.
-    pub extent_m: f32,
-    /// Of the sun, facing it.
-    pub irradiance: [f32; 3],
-    /// No cloud is below.
-    pub base_m: f32,
-    /// Per metre.
-    pub extinction: [f32; 3],
-    /// No cloud is above.
-    pub top_m: f32,
-    /// Part of extinction without the forward peak.
-    pub kept: [f32; 3],
-    /// No cloud is below, where its spheres end above the base.
-    pub low_m: f32,
-    /// Of scattering without the peak.
-    pub albedo: [f32; 3],
-    /// Lower face of the volume.
-    pub floor_m: f32,
-    /// Three times that of scattering without the peak.
-    pub asymmetry: [f32; 3],
-    /// Side of its cubes.
-    pub voxel_m: f32,
-    /// Part of extinction that takes light out of the 5-degree beam.
-    pub beam: [f32; 3],
-    /// Depths that it holds.
-    pub band_m: f32,
-    /// Even radiance from the sky.
-    pub above: [f32; 3],
-    /// Over which density rises from 0 to 1.
-    pub edge_m: f32,
-    /// Even radiance from the ground.
-    pub below: [f32; 3],
-    /// By which noise moves the surface.
-    pub relief_m: f32,
-    /// Where the wind has carried the layer.
-    pub offset_m: [f32; 2],
-    /// Side of the noise's tile.
-    pub tile_m: f32,
-    /// Of the sun's disc, radians.
-    pub sun_radius: f32,
-    /// Side of the lattice's cubes.
-    pub cell_m: f32,
-    /// Lower face of the lattice.
-    pub lattice_floor_m: f32,
-    /// Unused.
-    pub spare_0: u32,
-    /// Unused.
-    pub spare_1: u32,
 }
 
 /// What lies behind the clouds.

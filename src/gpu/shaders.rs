@@ -41,6 +41,13 @@ const CLOUD: &str = wgsl!("shared/cloud");
 const CLOUD_PLANE: &str = wgsl!("shared/cloud_plane");
 const CUMULUS: &str = wgsl!("shared/cumulus");
 const CUMULUS_LIGHT: &str = wgsl!("shared/cumulus_light");
+const PIECES: &str = wgsl!("shared/cumulus_pieces");
+const LATTICE: &str = wgsl!("shared/cumulus_lattice");
+const OCTAVES: &str = wgsl!("shared/cumulus_octaves");
+const FORWARD: &str = wgsl!("shared/cumulus_forward");
+const SURFACE: &str = wgsl!("shared/cumulus_surface");
+const SHADER: &str = wgsl!("shared/cumulus_shader");
+const SHADER3: &str = wgsl!("shared/cumulus_shader3");
 const CLOUD_SKY: &str = wgsl!("shared/cloud_sky");
 
 impl Shader {
@@ -99,8 +106,16 @@ shaders! {
     SKY_FORWARD: "sky_forward" of "cloud_forward", IMAGE, [SPHERE, AIR, PATH_SAMPLED, SLAB, CLOUD, CLOUD_SKY];
     SKY_ANALYTIC: "sky_analytic" of "cloud_analytic", IMAGE, [SPHERE, AIR, PATH_SAMPLED, SLAB, CLOUD, CLOUD_SKY];
     SKY_TABULATED: "sky_tabulated" of "cloud_tabulated", IMAGE, [SPHERE, AIR, PATH_SAMPLED, SLAB, CLOUD, CLOUD_SKY];
-    CUMULUS_SKY: "cumulus_sky", IMAGE, [SPHERE, AIR, CUMULUS, CUMULUS_LIGHT];
-    CUMULUS_PLANE: "cumulus_plane", IMAGE, [PROJECTION, CUMULUS, CUMULUS_LIGHT];
+    CUMULUS_SKY_LATTICE: "cumulus_sky_lattice" of "cumulus_sky", IMAGE, [SPHERE, AIR, CUMULUS, CUMULUS_LIGHT, PIECES, LATTICE];
+    CUMULUS_SKY_OCTAVES: "cumulus_sky_octaves" of "cumulus_sky", IMAGE, [SPHERE, AIR, CUMULUS, CUMULUS_LIGHT, PIECES, OCTAVES];
+    CUMULUS_SKY_FORWARD: "cumulus_sky_forward" of "cumulus_sky", IMAGE, [SPHERE, AIR, CUMULUS, CUMULUS_LIGHT, FORWARD];
+    CUMULUS_SKY_SHADER: "cumulus_sky_shader" of "cumulus_sky", IMAGE, [SPHERE, AIR, CUMULUS, CUMULUS_LIGHT, SURFACE, SHADER];
+    CUMULUS_SKY_SHADER3: "cumulus_sky_shader3" of "cumulus_sky", IMAGE, [SPHERE, AIR, CUMULUS, CUMULUS_LIGHT, SURFACE, SHADER3];
+    CUMULUS_PLANE_LATTICE: "cumulus_plane_lattice" of "cumulus_plane", IMAGE, [PROJECTION, CUMULUS, CUMULUS_LIGHT, PIECES, LATTICE];
+    CUMULUS_PLANE_OCTAVES: "cumulus_plane_octaves" of "cumulus_plane", IMAGE, [PROJECTION, CUMULUS, CUMULUS_LIGHT, PIECES, OCTAVES];
+    CUMULUS_PLANE_FORWARD: "cumulus_plane_forward" of "cumulus_plane", IMAGE, [PROJECTION, CUMULUS, CUMULUS_LIGHT, FORWARD];
+    CUMULUS_PLANE_SHADER: "cumulus_plane_shader" of "cumulus_plane", IMAGE, [PROJECTION, CUMULUS, CUMULUS_LIGHT, SURFACE, SHADER];
+    CUMULUS_PLANE_SHADER3: "cumulus_plane_shader3" of "cumulus_plane", IMAGE, [PROJECTION, CUMULUS, CUMULUS_LIGHT, SURFACE, SHADER3];
     CUMULUS_GROUND: "cumulus_ground", IMAGE, [CUMULUS];
     CUMULUS_THICKNESS: "cumulus_thickness", IMAGE, [CUMULUS];
     SKY_GROUND: "sky_ground", IMAGE, [];

@@ -1,4 +1,5 @@
-//! Light of a cumulus layer along a view ray, by the lattice. Twin of `shaders/shared/cumulus.wgsl`.
+//! Light of a cumulus layer along a view ray, by the lattice. Twin of `shaders/shared/cumulus_light.wgsl` and
+//! `cumulus_lattice.wgsl`.
 
 use crate::cumulus::dressed::{self, Scattering};
 use crate::cumulus::lattice::{Lattice, Lighting};
@@ -39,8 +40,8 @@ pub struct CumulusSeen {
     pub distance_m: f64,
 }
 
-/// Linear between the cubes' centres: mean radiance and moments of a colour, and the signed depth towards the sun.
-fn between_cubes(lattice: &Lattice, extent_m: f64, place: DVec3) -> ([Vec4; 3], f64) {
+/// The cubes around a place, and what each counts: linear between their centres.
+fn cubes(lattice: &Lattice, extent_m: f64, place: DVec3) -> [(usize, f64); 8] {
     let [nx, ny, nz] = lattice.size;
     let corner = dvec3(-0.5 * extent_m, -0.5 * extent_m, lattice.floor_m);
     let texel = (place - corner) / lattice.cell_m - 0.5;
@@ -48,18 +49,98 @@ fn between_cubes(lattice: &Lattice, extent_m: f64, place: DVec3) -> ([Vec4; 3], 
     let wrap = |value: f64, size: usize| [0, 1].map(|s| (value as i64 + s).rem_euclid(size as i64) as usize);
     let (x, y) = (wrap(low.x, nx), wrap(low.y, ny));
     let z = [0, 1].map(|s| (low.z as i64 + s).clamp(0, nz as i64 - 1) as usize);
-    let (mut light, mut depth) = ([Vec4::ZERO; 3], 0.0);
-    for corner in 0..8 {
+    std::array::from_fn(|corner| {
         let [i, j, k] = [corner & 1, corner >> 1 & 1, corner >> 2];
         let side = |part: f64, at: usize| if at == 1 { part } else { 1.0 - part };
-        let weight = side(part.x, i) * side(part.y, j) * side(part.z, k);
-        let number = x[i] + nx * (y[j] + ny * z[k]);
-        for (light, from) in light.iter_mut().zip(&lattice.light) {
-            *light += weight as f32 * Vec4::from_array(from[number].map(f16::to_f32));
-        }
-        depth += weight * lattice.sun_depth[number].to_f64();
+        (x[i] + nx * (y[j] + ny * z[k]), side(part.x, i) * side(part.y, j) * side(part.z, k))
+    })
+}
+
+/// Optical depth towards the sun from a place on a ray, behind a depth towards the eye: that of the lattice, and near the sun that of a
+/// ray of its own.
+pub(super) fn towards_sun(
+    (volume, lattice, lighting): (&Volume, &Lattice, &Lighting),
+    ray: Ray,
+    distance_m: f64,
+    depth: f64,
+) -> f64 {
+    let (place, extinction) = (ray.at(distance_m), lighting.extinction_per_m[1]);
+    if ray.towards.dot(lighting.towards_sun) > NEAR_SUN && depth < NEAR_SUN_DEPTH {
+        let enough_m = 2.0 * NEAR_SUN_DEPTH / extinction;
+        let ray = Ray { from: place, towards: lighting.towards_sun };
+        return extinction * volume.length_m(ray, 4.0 * volume.extent_m, enough_m, 0.0);
     }
-    (light, depth)
+    let cubes = cubes(lattice, volume.extent_m, place);
+    cubes.into_iter().map(|(cube, weight)| weight * lattice.sun_depth[cube].to_f64()).sum::<f64>().max(0.0)
+}
+
+/// A piece of a ray that is shaded as one.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Piece {
+    /// Where its middle is on the ray.
+    pub(super) distance_m: f64,
+    /// Optical depth before it, and its own.
+    pub(super) before: f64,
+    /// See `before`.
+    pub(super) depth: f64,
+}
+
+/// Visits the pieces of a ray, in order; the optical depth of all of them.
+pub(super) fn pieces(
+    (volume, lighting): (&Volume, &Lighting),
+    ray: Ray,
+    farthest_m: f64,
+    soft_m: impl Fn(f64) -> f64,
+    mut shade: impl FnMut(Piece),
+) -> f64 {
+    let (extinction, kept) = (lighting.extinction_per_m[1], lighting.scattering[1].kept);
+    let (mut before, mut pending, mut moment, mut end_m) = (0.0, 0.0, 0.0, 0.0);
+    let mut finish = |before: &mut f64, pending: &mut f64, moment: &mut f64| {
+        if *pending > 0.0 {
+            shade(Piece { distance_m: *moment / *pending, before: *before, depth: *pending });
+        }
+        *before += *pending;
+        (*pending, *moment) = (0.0, 0.0);
+    };
+    volume.march(ray, farthest_m, soft_m, |step: Step| {
+        // A gap ends a piece: its light has another place.
+        if step.from_m > end_m + 1e-6 {
+            finish(&mut before, &mut pending, &mut moment);
+        }
+        end_m = step.to_m;
+        let depth = extinction * step.density * (step.to_m - step.from_m);
+        pending += depth;
+        moment += depth * 0.5 * (step.from_m + step.to_m);
+        let seen = |depth: f64| (-kept * depth).exp();
+        if seen(before) - seen(before + pending) > 1.0 / SHARES {
+            finish(&mut before, &mut pending, &mut moment);
+        }
+        kept * before < OPAQUE
+    });
+    finish(&mut before, &mut pending, &mut moment);
+    before
+}
+
+/// Radiance of a white cloud under even light from the sky and from the ground, where its surface looks up by so much.
+pub(super) fn even(lighting: &Lighting, up: f64) -> DVec3 {
+    let (above, below) = (DVec3::from_array(lighting.above), DVec3::from_array(lighting.below));
+    let albedo = DVec3::from_array(lighting.scattering.map(|scattering| scattering.albedo));
+    albedo * below.lerp(above, 0.5 + 0.5 * up.clamp(-1.0, 1.0))
+}
+
+/// Optical depths of the colours that go with one at 550 nm.
+pub(super) fn colours(lighting: &Lighting, depth: f64) -> DVec3 {
+    DVec3::from_array(lighting.extinction_per_m) * (depth / lighting.extinction_per_m[1])
+}
+
+/// What comes through of even light: all that goes on nearly straight.
+pub(super) fn passes(lighting: &Lighting, depth: f64) -> DVec3 {
+    (-DVec3::from_array(lighting.scattering.map(|scattering| scattering.kept)) * colours(lighting, depth)).exp()
+}
+
+/// What goes on nearly straight of the light behind, but for what is not scattered at all.
+pub(super) fn behind(lighting: &Lighting, depth: f64, background: DVec3) -> DVec3 {
+    background * (passes(lighting, depth) - (-colours(lighting, depth)).exp())
 }
 
 /// The table of scattering once, linear between its nodes.
@@ -75,96 +156,33 @@ fn dressed_at(table: &[f64], angle: f64, path: f64) -> f64 {
 impl CumulusLight<'_> {
     /// What is seen along a ray before `background`, the radiance of what lies behind.
     pub fn seen(&self, ray: Ray, farthest_m: f64, soft_m: impl Fn(f64) -> f64, background: DVec3) -> CumulusSeen {
-        let Self { volume, lighting, .. } = self;
+        let Self { volume, lattice, lighting, dressed } = *self;
         let (towards, sun) = (ray.towards, lighting.towards_sun);
         let angle = 2.0 * (towards - sun).length().atan2((towards + sun).length());
-        let mut gathered = Gathered {
-            light: self,
-            ray,
-            angle,
-            radiance: DVec3::ZERO,
-            depth: 0.0,
-            pending: 0.0,
-            moment: 0.0,
-            distance: 0.0,
-        };
-        let extinction = lighting.extinction_per_m[1];
-        let kept = lighting.scattering[1].kept;
-        let mut end_m = 0.0;
-        volume.march(ray, farthest_m, soft_m, |step: Step| {
-            // A gap ends a piece: its light has another place.
-            if gathered.pending > 0.0 && step.from_m > end_m + 1e-6 {
-                gathered.shade();
+        let (mut radiance, mut distance) = (DVec3::ZERO, 0.0);
+        let depth = pieces((volume, lighting), ray, farthest_m, soft_m, |piece| {
+            let Piece { distance_m, before, depth } = piece;
+            let middle = before + 0.5 * depth;
+            let sun_depth = towards_sun((volume, lattice, lighting), ray, distance_m, middle);
+            let cubes = cubes(lattice, volume.extent_m, ray.at(distance_m));
+            let share = passes(lighting, before) - passes(lighting, before + depth);
+            for c in 0..3 {
+                let ratio = lighting.extinction_per_m[c] / lighting.extinction_per_m[1];
+                let Scattering { albedo, asymmetry, .. } = lighting.scattering[c];
+                let path = ratio * (middle + sun_depth);
+                let once = dressed_at(dressed[c], angle, path * (1.0 + dressed::DETOUR * path));
+                let light = |(cube, weight): (usize, f64)| weight as f32 * Vec4::from_array(lattice.light[c][cube].map(f16::to_f32));
+                let [mean, x, y, z] = cubes.into_iter().map(light).sum::<Vec4>().as_dvec4().to_array();
+                let more = mean - 3.0 * asymmetry * dvec3(x, y, z).dot(towards);
+                radiance[c] += lighting.sun[c] * once * ratio * depth + share[c] * albedo * more.max(0.0);
             }
-            end_m = step.to_m;
-            let depth = extinction * step.density * (step.to_m - step.from_m);
-            gathered.pending += depth;
-            gathered.moment += depth * 0.5 * (step.from_m + step.to_m);
-            let seen = |depth: f64| (-kept * depth).exp();
-            if seen(gathered.depth) - seen(gathered.depth + gathered.pending) > 1.0 / SHARES {
-                gathered.shade();
-            }
-            kept * gathered.depth < OPAQUE
+            distance += share.y * distance_m;
         });
-        gathered.shade();
-        let Gathered { mut radiance, depth, distance, .. } = gathered;
-        for c in 0..3 {
-            let depth = depth * lighting.extinction_per_m[c] / extinction;
-            let kept = lighting.scattering[c].kept;
-            radiance[c] += background[c] * ((-kept * depth).exp() - (-depth).exp());
+        let weight = 1.0 - passes(lighting, depth).y;
+        CumulusSeen {
+            radiance: radiance + behind(lighting, depth, background),
+            depth,
+            distance_m: if weight > 0.0 { distance / weight } else { 0.0 },
         }
-        let weight = 1.0 - (-kept * depth).exp();
-        CumulusSeen { radiance, depth, distance_m: if weight > 0.0 { distance / weight } else { 0.0 } }
-    }
-}
-
-/// What has been gathered along a ray.
-struct Gathered<'a> {
-    light: &'a CumulusLight<'a>,
-    ray: Ray,
-    angle: f64,
-    radiance: DVec3,
-    depth: f64,
-    /// Optical depth that is not shaded yet, and its moment along the ray.
-    pending: f64,
-    moment: f64,
-    distance: f64,
-}
-
-impl Gathered<'_> {
-    /// Adds the light of what is pending.
-    fn shade(&mut self) {
-        if self.pending <= 0.0 {
-            return;
-        }
-        let CumulusLight { volume, lattice, lighting, dressed } = self.light;
-        let distance_m = self.moment / self.pending;
-        let place = self.ray.at(distance_m);
-        let (light, mut sun_depth) = between_cubes(lattice, volume.extent_m, place);
-        let middle = self.depth + 0.5 * self.pending;
-        let extinction = lighting.extinction_per_m;
-        if self.ray.towards.dot(lighting.towards_sun) > NEAR_SUN && middle < NEAR_SUN_DEPTH {
-            let enough_m = 2.0 * NEAR_SUN_DEPTH / extinction[1];
-            let ray = Ray { from: place, towards: lighting.towards_sun };
-            sun_depth = extinction[1] * volume.length_m(ray, 4.0 * volume.extent_m, enough_m, 0.0);
-        }
-        let sun_depth = sun_depth.max(0.0);
-        let end = self.depth + self.pending;
-        for c in 0..3 {
-            let ratio = extinction[c] / extinction[1];
-            let Scattering { kept, albedo, asymmetry } = lighting.scattering[c];
-            let path = ratio * (middle + sun_depth);
-            let once = dressed_at(dressed[c], self.angle, path * (1.0 + dressed::DETOUR * path));
-            let share = (-kept * ratio * self.depth).exp() - (-kept * ratio * end).exp();
-            let [mean, x, y, z] = light[c].as_dvec4().to_array();
-            let more = mean - 3.0 * asymmetry * dvec3(x, y, z).dot(self.ray.towards);
-            self.radiance[c] += lighting.sun[c] * once * ratio * self.pending + share * albedo * more.max(0.0);
-            if c == 1 {
-                self.distance += share * distance_m;
-            }
-        }
-        self.depth = end;
-        self.pending = 0.0;
-        self.moment = 0.0;
     }
 }

@@ -3,15 +3,17 @@
 use super::kept::Kept;
 use crate::cumulus::dressed::{self, Scattering};
 use crate::cumulus::lattice::{Lattice, Lighting};
-use crate::cumulus::{self, Ray, Relief, Volume};
+use crate::cumulus::{self, BLOB, Coarse, Ray, Relief, Surface, Trap, Volume};
 use crate::frame;
+use crate::gpu::layout::CumulusSurface;
 use crate::gpu::{Gpu, HostMap};
 use crate::ground::GroundMap;
 use crate::job::{Job, RenderError, Watch};
+use crate::method::CumulusMethod;
 use crate::moment::Moment;
 use crate::scene::CumulusShape;
 use crate::scene::quantity::Quantity as _;
-use crate::shade::{CumulusField, CumulusInputs, CumulusLit, Dressed};
+use crate::shade::{CoarseNormals, CumulusField, CumulusInputs, CumulusLight, CumulusLit, Dressed, SunDepth};
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 use std::f64::consts::PI;
@@ -21,6 +23,8 @@ use std::sync::Arc;
 const KEPT: usize = 3;
 /// Places a side of the ground at which the mean of what comes through is found.
 const LOOKS: usize = 48;
+/// What of the light that is scattered falls down, where no lattice knows it.
+const DOWN: f64 = 0.5;
 /// Sun rays are no flatter than this: those of a setting sun would run around the domain for ever.
 const LEAST_UP: f64 = 0.01;
 
@@ -28,6 +32,8 @@ const LEAST_UP: f64 = 0.01;
 pub(super) struct CumulusKept {
     fields: Kept<FieldKey, Arc<CumulusField>>,
     lights: Kept<(FieldKey, Lighting), Arc<CumulusLit>>,
+    sun_depths: Kept<(FieldKey, [f64; 3], [f64; 2]), Arc<SunDepth>>,
+    coarse: Kept<(FieldKey, bool), Arc<CoarseNormals>>,
     dressed: Kept<String, Arc<Dressed>>,
     through: Kept<(FieldKey, Beam), Through>,
     relief: Option<wgpu::TextureView>,
@@ -67,13 +73,15 @@ impl CumulusKept {
         Self {
             fields: Kept::new(KEPT),
             lights: Kept::new(KEPT),
+            sun_depths: Kept::new(KEPT),
+            coarse: Kept::new(KEPT),
             dressed: Kept::new(KEPT),
             through: Kept::new(KEPT),
             relief: None,
         }
     }
 
-    /// The job's layer of cumulus, with its light where that is wanted, and the even light that then falls on the ground beside that of
+    /// The job's layer of cumulus, with its light by a method where that is wanted, and the even light that then falls on the ground beside that of
     /// other layers. `decks` are the numbers and thicknesses of the stratiform layers.
     pub(super) fn inputs(
         &mut self,
@@ -81,7 +89,7 @@ impl CumulusKept {
         job: &Job,
         moment: &Moment,
         decks: &[(usize, Arc<HostMap>)],
-        lit: bool,
+        method: Option<CumulusMethod>,
         watch: &Watch,
     ) -> Result<Option<(CumulusInputs, [f64; 3])>, RenderError> {
         let scene = job.scene();
@@ -101,9 +109,10 @@ impl CumulusKept {
         let relief = &mut self.relief;
         let field = self.fields.get_or(key.clone(), || {
             let body = cumulus::body(layer, extent_m, key.texel_m, time_s);
+            let root_m = body.spheres.iter().map(|sphere| sphere.radius_m).fold(0.0, f64::max);
             let volume = Volume::new_watched(&body, &look)?;
             let relief = relief.get_or_insert_with(|| CumulusField::relief(gpu)).clone();
-            Ok::<_, RenderError>(Arc::new(CumulusField::new(gpu, volume, relief)))
+            Ok::<_, RenderError>(Arc::new(CumulusField::new(gpu, volume, relief, root_m)))
         })?;
         look()?;
         let tables = &job.tables()[scene.layers.len()];
@@ -143,32 +152,86 @@ impl CumulusKept {
         }
         lighting.below = [0, 1, 2].map(|c| direct[c] * reflected_beam[c] / PI + lighting.above[c] * reflected[c]);
         let drift = cumulus::drift_m(&layer.wind, time_s, extent_m);
-        let made = match lit {
-            false => None,
-            true => Some(self.lights.get_or((key, lighting), || {
-                let lattice = Lattice::solve_watched(&field.host, &lighting, &look)?;
-                look()?;
-                Ok::<_, RenderError>(Arc::new(CumulusLit::new(gpu, &lattice)))
-            })?),
+        let field_of = &*field;
+        let seen = match method {
+            None => None,
+            Some(method) => Some(match (method.surface(), method) {
+                (Some(surface), _) => self.surface(gpu, key, field_of, &lighting, &surface),
+                (None, CumulusMethod::Octaves) => {
+                    let kept = [extinction_per_m[1], lighting.scattering[1].kept];
+                    CumulusLight::Octaves(self.sun_depths.get_or_make((key, light.towards_sun, kept), || {
+                        Arc::new(SunDepth::new(gpu, &Lattice::unlit(&field_of.host, &lighting)))
+                    }))
+                }
+                (None, CumulusMethod::Forward) => CumulusLight::Forward,
+                (None, _) => {
+                    let lit = self.lights.get_or((key, lighting), || {
+                        let lattice = Lattice::solve_watched(&field_of.host, &lighting, &look)?;
+                        look()?;
+                        Ok::<_, RenderError>(Arc::new(CumulusLit::new(gpu, &lattice)))
+                    })?;
+                    let dressed = self.dressed.get_or_make(tables.mix.key(), || {
+                        Arc::new(Dressed::new(gpu, &channels.each_ref().map(dressed::table)))
+                    });
+                    CumulusLight::Lattice(lit, dressed)
+                }
+            }),
         };
-        let added = made.as_ref().map_or([0.0; 3], |made| {
+        let added = seen.as_ref().map_or([0.0; 3], |seen| {
             [0, 1, 2].map(|c| {
-                let scattered = light.cosine() * lighting.sun[c] * (through.forward[c] - through.beam[c]).max(0.0);
+                let sun = light.cosine() * lighting.sun[c];
+                let straight = sun * (through.forward[c] - through.beam[c]).max(0.0);
                 let sky = if scene.layers.is_empty() { PI * light.sky[c] } else { 0.0 };
-                sky + made.added[0][c] + scattered
+                let scattered = match seen {
+                    CumulusLight::Lattice(lit, _) => lit.added[0][c],
+                    _ => DOWN * lighting.scattering[c].albedo * sun * (1.0 - through.forward[c]),
+                };
+                sky + scattered + straight
             })
         });
-        let lattice = made.as_ref().map(|made| [made.cell_m, made.floor_m]);
+        let lattice = seen.as_ref().and_then(|seen| match seen {
+            CumulusLight::Lattice(lit, _) => Some([lit.sun_depth.cell_m, lit.sun_depth.floor_m]),
+            CumulusLight::Octaves(depth) => Some([depth.cell_m, depth.floor_m]),
+            CumulusLight::Surface { coarse, .. } => Some([coarse.cell_m, coarse.floor_m]),
+            CumulusLight::Forward => None,
+        });
         let relief_m = Relief::new(extent_m).tile_m();
         let frame = frame::cumulus(&field.host, &lighting, beam, lattice, drift, [relief_m, light.sun_diameter]);
-        let seen = made.map(|made| {
-            let dressed = self.dressed.get_or_make(tables.mix.key(), || {
-                Arc::new(Dressed::new(gpu, &channels.each_ref().map(dressed::table)))
-            });
-            (made, dressed)
-        });
         let bound = gpu.uniform("cumulus", &frame);
         Ok(Some((CumulusInputs { frame, bound, field, seen }, added)))
+    }
+
+    /// What a shader of surfaces takes.
+    fn surface(
+        &mut self,
+        gpu: &Gpu,
+        key: FieldKey,
+        field: &CumulusField,
+        lighting: &Lighting,
+        surface: &Surface,
+    ) -> CumulusLight {
+        let (extinction, scattering) = (lighting.extinction_per_m, &lighting.scattering);
+        let traps = surface.has_traps(extinction[1], &scattering[1], field.root_m);
+        let coarse = self.coarse.get_or_make((key, traps), || {
+            Arc::new(CoarseNormals::new(gpu, traps.then(|| Coarse::new(&field.host)).as_ref()))
+        });
+        let (oldest, trap) = match surface.trap {
+            Trap::Distance(metres) => (false, metres),
+            Trap::Arctangent(sharpness) => (true, sharpness),
+        };
+        let constants = CumulusSurface {
+            glow_m: [0, 1, 2].map(|c| surface.glow_m(extinction[c], &scattering[c]) as f32),
+            blob_m: (BLOB * coarse.cell_m) as f32,
+            ambient: surface.ambient as f32,
+            diffuse: surface.diffuse as f32,
+            bump: surface.bump as f32,
+            corona: surface.corona as f32,
+            reached_m: surface.reached_m(field.host.band_m, field.root_m) as f32,
+            traps: if traps { surface.traps as f32 } else { 0.0 },
+            trap: trap as f32,
+            ..CumulusSurface::default()
+        };
+        CumulusLight::Surface { coarse, constants: gpu.uniform("surface", &constants), oldest }
     }
 }
 

@@ -5,7 +5,7 @@ use crate::air_map::Half;
 use crate::atmosphere::End;
 use crate::field;
 use crate::job::Job;
-use crate::method::{SlabMethod, Transport};
+use crate::method::{CumulusMethod, SlabMethod, Transport};
 use crate::moment::{LayerMoment, Moment};
 use crate::plan::field_resolution;
 use crate::scene::quantity::Quantity as _;
@@ -40,8 +40,8 @@ pub(super) struct MomentKey {
     /// Of the tables of its air: finer ones have other light.
     air: Option<String>,
     layers: Vec<([f64; 2], FieldKey)>,
-    /// The time, where there is cumulus.
-    cumulus_at_s: Option<f64>,
+    /// The time, and how its light is found, where there is cumulus.
+    cumulus: Option<(f64, CumulusMethod)>,
 }
 
 /// Tables of a droplet mix at its ratios of extinction.
@@ -121,8 +121,8 @@ impl MomentKey {
         let layers = layers.map(|(number, layer)| (layer.offset_uv, FieldKey::new(job, number))).collect();
         let air = job.air().map(|air| air.key().to_owned());
         let towards_sun = moment.illumination.towards_sun;
-        let cumulus_at_s = job.scene().cumulus.as_ref().map(|_| job.request().time_s);
-        Self { scene: job.scene_id().to_owned(), towards_sun, air, layers, cumulus_at_s }
+        let cumulus = job.scene().cumulus.as_ref().map(|_| (job.request().time_s, moment.plan.cumulus));
+        Self { scene: job.scene_id().to_owned(), towards_sun, air, layers, cumulus }
     }
 }
 

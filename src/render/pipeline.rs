@@ -216,7 +216,8 @@ impl Pipeline {
                         || Ok::<_, RenderError>(Arc::new(self.gpu.read_map(&field.thickness, 0, watch.deadline)?));
                     decks.push((number, self.decks.get_or(FieldKey::new(job, number), read)?));
                 }
-                self.cumulus.inputs(&self.gpu, job, &run.moment, &decks, lit, watch)
+                let method = lit.then_some(run.moment.plan.cumulus);
+                self.cumulus.inputs(&self.gpu, job, &run.moment, &decks, method, watch)
             })?,
             None => None,
         };

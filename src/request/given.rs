@@ -4,7 +4,7 @@ use super::texture_request::Request;
 use super::wanted::{Cloud, Component, GroundLight, Irradiance, Shadow, Sky, TextureKind, Wanted};
 use crate::axes::Axes;
 use crate::encode::{Alpha, Depth, Exposure, Format, Linear, Output, Picture, PictureDepth, Tonemap};
-use crate::method::{Method, Reference, Transport};
+use crate::method::{CumulusMethod, Method, Reference, Transport};
 use crate::projection::{Plane, Side, Sphere, SphereLayout, Viewer};
 use crate::spectrum::Spectrum;
 
@@ -38,6 +38,7 @@ pub(super) struct Given {
     pub(super) tolerance: f64,
     pub(super) method: Option<Method>,
     pub(super) transport: Option<Transport>,
+    pub(super) cumulus: CumulusMethod,
     pub(super) seed: u32,
     pub(super) layer: Option<u32>,
     pub(super) scale: f64,
@@ -71,6 +72,7 @@ impl Given {
             tolerance: Request::TOLERANCE,
             method: None,
             transport: None,
+            cumulus: CumulusMethod::Lattice,
             seed: Reference::SEED,
             layer: None,
             scale: 1.0,
@@ -96,7 +98,7 @@ impl Given {
 
     /// The request for a texture, of what touches it.
     pub(super) fn request(&self, texture: TextureKind) -> Request {
-        let (tolerance, layer) = (self.tolerance, self.layer);
+        let (tolerance, layer, transport, cumulus) = (self.tolerance, self.layer, self.transport, self.cumulus);
         // The seed is the reference's own.
         let reference = Reference { seed: self.seed };
         let method = self.method.map(|method| match method {
@@ -108,7 +110,7 @@ impl Given {
             TextureKind::Cloud => {
                 let viewer = self.eye.map(Viewer::At).or(self.direction).unwrap_or(Viewer::UPRIGHT);
                 let plane = Plane { side: self.side, viewer };
-                Wanted::Cloud(Cloud { plane, layer, tolerance, method, transport: self.transport })
+                Wanted::Cloud(Cloud { plane, layer, tolerance, method, transport, cumulus })
             }
             TextureKind::Shadow => Wanted::Shadow(Shadow { peak: self.peak, tolerance, reference: traced }),
             TextureKind::Irradiance => Wanted::Irradiance(Irradiance {
@@ -120,12 +122,12 @@ impl Given {
                 spectrum: self.spectrum,
                 tolerance,
                 // Light on the ground goes through tables of fluxes, whatever the cloud's method.
-                light: traced.map_or(GroundLight::Fast { transport: self.transport }, GroundLight::Reference),
+                light: traced.map_or(GroundLight::Fast { transport }, GroundLight::Reference),
             }),
             TextureKind::Thickness => Wanted::Thickness { layer },
             TextureKind::Sky => {
                 let (sphere, disc, spectrum) = (self.sphere(), self.disc, self.spectrum);
-                Wanted::Sky(Sky { sphere, disc, spectrum, layer, tolerance, method, transport: self.transport })
+                Wanted::Sky(Sky { sphere, disc, spectrum, layer, tolerance, method, transport, cumulus })
             }
             TextureKind::Compass => Wanted::Compass(self.sphere()),
         };

@@ -5,7 +5,7 @@ use super::texture_request::Request;
 use super::wanted::Component;
 use crate::axes::Axes;
 use crate::encode::{Alpha, Exposure, Format, Output, Picture, Tonemap};
-use crate::method::{Method, Reference, Transport};
+use crate::method::{CumulusMethod, Method, Reference, Transport};
 use crate::projection::{Side, SphereLayout, Viewer};
 use crate::scene::Scene;
 use crate::spectrum::Spectrum;
@@ -221,6 +221,14 @@ pub const QUERY_PARAMETERS: &[QueryParameter] = &[
         meaning: "how sunlight is carried through uneven cloud",
         read: |given, text| set(&mut given.transport, Some(Some(word(text, &Transport::ALL)?))),
         write: |request| Some(request.wanted.transport()?.name().to_owned()),
+    },
+    QueryParameter {
+        name: "cumulus",
+        values: CumulusMethod::WORDS,
+        default: "lattice",
+        meaning: "how light in cumulus is computed",
+        read: |given, text| set(&mut given.cumulus, word(text, &CumulusMethod::ALL)),
+        write: |request| Some(request.wanted.cumulus()?.name().to_owned()),
     },
     QueryParameter {
         name: "seed",

@@ -2,6 +2,7 @@
 
 use super::wanted::{Cloud, Sky, TextureKind, Wanted};
 use crate::encode::{Exposure, Format, Output, Picture};
+use crate::method::CumulusMethod;
 use crate::scene::{Atmosphere, FieldError, GroundAlbedo, Scene};
 
 /// The methods that every scene can have.
@@ -66,6 +67,11 @@ impl Request {
                 &mut self.wanted
         {
             *layer = None;
+        }
+        if let (None, Wanted::Cloud(Cloud { cumulus, .. }) | Wanted::Sky(Sky { cumulus, .. })) =
+            (&scene.cumulus, &mut self.wanted)
+        {
+            *cumulus = CumulusMethod::Lattice;
         }
         Ok(self)
     }

@@ -1,6 +1,6 @@
 //! The textures, each with the parameters that touch it.
 
-use crate::method::{Method, Reference, Transport};
+use crate::method::{CumulusMethod, Method, Reference, Transport};
 use crate::projection::{Plane, Projection, Sphere};
 use crate::spectrum::Spectrum;
 use std::f64::consts::PI;
@@ -164,6 +164,8 @@ pub struct Cloud {
     pub method: Option<Method>,
     /// How sunlight is carried through uneven cloud; the plan's choice when `None`.
     pub transport: Option<Transport>,
+    /// How light in cumulus is computed.
+    pub cumulus: CumulusMethod,
 }
 
 /// What is asked of the sky.
@@ -183,6 +185,8 @@ pub struct Sky {
     pub method: Option<Method>,
     /// How sunlight is carried through uneven cloud; the plan's choice when `None`.
     pub transport: Option<Transport>,
+    /// How light in cumulus is computed.
+    pub cumulus: CumulusMethod,
 }
 
 /// What is asked of the sun's beam on the ground.
@@ -304,6 +308,15 @@ impl Wanted {
             Self::Sky(sky) => sky.transport,
             Self::Irradiance(Irradiance { light: GroundLight::Fast { transport }, .. }) => *transport,
             Self::Irradiance(_) | Self::Shadow(_) | Self::Thickness { .. } | Self::Compass(_) => None,
+        }
+    }
+
+    /// The method of light in cumulus, where it is seen.
+    pub fn cumulus(&self) -> Option<CumulusMethod> {
+        match self {
+            Self::Cloud(cloud) => Some(cloud.cumulus),
+            Self::Sky(sky) => Some(sky.cumulus),
+            Self::Shadow(_) | Self::Irradiance(_) | Self::Thickness { .. } | Self::Compass(_) => None,
         }
     }
 

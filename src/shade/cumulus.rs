@@ -2,7 +2,7 @@
 
 use crate::cumulus::dressed::{ANGLES, PATHS};
 use crate::cumulus::lattice::Lattice;
-use crate::cumulus::{Relief, Volume};
+use crate::cumulus::{Coarse, Relief, Volume};
 use crate::gpu::layout::{Cumulus, View};
 use crate::gpu::shaders::Shader;
 use crate::gpu::{Bind, Gpu, Pass, binds, shaders};
@@ -12,19 +12,22 @@ use std::sync::Arc;
 /// Where the cloud is.
 pub(crate) struct CumulusField {
     pub(crate) host: Volume,
+    /// Radius of its largest ball.
+    pub(crate) root_m: f64,
     volume: wgpu::TextureView,
     leaps: wgpu::TextureView,
     relief: wgpu::TextureView,
 }
 
 impl CumulusField {
-    /// Brings a volume to the device, where the noise is.
-    pub(crate) fn new(gpu: &Gpu, host: Volume, relief: wgpu::TextureView) -> Self {
+    /// Brings a volume to the device, where the noise is. `root_m`: largest radius of its spheres.
+    pub(crate) fn new(gpu: &Gpu, host: Volume, relief: wgpu::TextureView, root_m: f64) -> Self {
         let size = |size: [usize; 3]| size.map(|n| n as u32);
         Self {
             volume: gpu.volume_from("cumulus", size(host.size), wgpu::TextureFormat::R8Unorm, &host.samples),
             leaps: gpu.volume_from("leaps", size(host.blocks), wgpu::TextureFormat::R8Uint, &host.leaps),
             relief,
+            root_m,
             host,
         }
     }
@@ -36,14 +39,29 @@ impl CumulusField {
     }
 }
 
-/// Its light, scattered many times.
-pub(crate) struct CumulusLit {
+/// Its depth towards the sun.
+pub(crate) struct SunDepth {
     /// As of the lattice.
     pub(crate) cell_m: f64,
     pub(crate) floor_m: f64,
+    depths: wgpu::TextureView,
+}
+
+impl SunDepth {
+    /// Brings that of a lattice to the device.
+    pub(crate) fn new(gpu: &Gpu, host: &Lattice) -> Self {
+        let size = host.size.map(|n| n as u32);
+        let depths = gpu.volume_from("sun_depth", size, wgpu::TextureFormat::R16Float, &host.sun_depth);
+        Self { cell_m: host.cell_m, floor_m: host.floor_m, depths }
+    }
+}
+
+/// Its light, scattered many times.
+pub(crate) struct CumulusLit {
+    pub(crate) sun_depth: SunDepth,
+    /// As of the lattice.
     pub(crate) added: [[f64; 3]; 2],
     light: [wgpu::TextureView; 3],
-    sun_depth: wgpu::TextureView,
 }
 
 impl CumulusLit {
@@ -54,8 +72,27 @@ impl CumulusLit {
             .light
             .each_ref()
             .map(|light| gpu.volume_from("lattice", size, wgpu::TextureFormat::Rgba16Float, light));
-        let sun_depth = gpu.volume_from("sun_depth", size, wgpu::TextureFormat::R16Float, &host.sun_depth);
-        Self { cell_m: host.cell_m, floor_m: host.floor_m, added: host.added, light, sun_depth }
+        Self { sun_depth: SunDepth::new(gpu, host), added: host.added, light }
+    }
+}
+
+/// Normals of the surface that its blobs stand out of.
+pub(crate) struct CoarseNormals {
+    /// As of the host's.
+    pub(crate) cell_m: f64,
+    pub(crate) floor_m: f64,
+    normals: wgpu::TextureView,
+}
+
+impl CoarseNormals {
+    /// Brings them to the device; one cube without a surface where no light is trapped.
+    pub(crate) fn new(gpu: &Gpu, host: Option<&Coarse>) -> Self {
+        let none = Coarse::none();
+        let host = host.unwrap_or(&none);
+        let texels: Vec<[f16; 4]> = host.normals.iter().map(|&[x, y, z]| [x, y, z, 0.0].map(f16::from_f32)).collect();
+        let size = host.size.map(|n| n as u32);
+        let normals = gpu.volume_from("coarse", size, wgpu::TextureFormat::Rgba16Float, &texels);
+        Self { cell_m: host.cell_m, floor_m: host.floor_m, normals }
     }
 }
 
@@ -73,6 +110,55 @@ impl Dressed {
     }
 }
 
+/// What its light is computed from, by method.
+pub(crate) enum CumulusLight {
+    Lattice(Arc<CumulusLit>, Arc<Dressed>),
+    Octaves(Arc<SunDepth>),
+    Forward,
+    /// Constants of the shader, and whether it is that of 2000.
+    Surface {
+        coarse: Arc<CoarseNormals>,
+        constants: wgpu::Buffer,
+        oldest: bool,
+    },
+}
+
+impl CumulusLight {
+    fn binds(&self, gpu: &Gpu) -> Vec<Bind> {
+        match self {
+            Self::Lattice(lit, dressed) => {
+                let [red, green, blue] = &lit.light;
+                binds![&lit.sun_depth.depths, red, green, blue, &dressed.0, &gpu.linear]
+            }
+            Self::Octaves(sun_depth) => binds![&sun_depth.depths],
+            Self::Forward => Vec::new(),
+            Self::Surface { coarse, constants, .. } => binds![constants, &coarse.normals],
+        }
+    }
+
+    /// On the plane of the texture cloud.
+    fn plane(&self) -> &'static Shader {
+        match self {
+            Self::Lattice(..) => &shaders::CUMULUS_PLANE_LATTICE,
+            Self::Octaves(_) => &shaders::CUMULUS_PLANE_OCTAVES,
+            Self::Forward => &shaders::CUMULUS_PLANE_FORWARD,
+            Self::Surface { oldest: false, .. } => &shaders::CUMULUS_PLANE_SHADER,
+            Self::Surface { oldest: true, .. } => &shaders::CUMULUS_PLANE_SHADER3,
+        }
+    }
+
+    /// In the texture sky.
+    fn sky(&self) -> &'static Shader {
+        match self {
+            Self::Lattice(..) => &shaders::CUMULUS_SKY_LATTICE,
+            Self::Octaves(_) => &shaders::CUMULUS_SKY_OCTAVES,
+            Self::Forward => &shaders::CUMULUS_SKY_FORWARD,
+            Self::Surface { oldest: false, .. } => &shaders::CUMULUS_SKY_SHADER,
+            Self::Surface { oldest: true, .. } => &shaders::CUMULUS_SKY_SHADER3,
+        }
+    }
+}
+
 /// A layer that a texture shows.
 pub(crate) struct CumulusInputs {
     /// As the passes take it.
@@ -80,7 +166,7 @@ pub(crate) struct CumulusInputs {
     pub(crate) bound: wgpu::Buffer,
     pub(crate) field: Arc<CumulusField>,
     /// Where it is seen.
-    pub(crate) seen: Option<(Arc<CumulusLit>, Arc<Dressed>)>,
+    pub(crate) seen: Option<CumulusLight>,
 }
 
 impl CumulusInputs {
@@ -91,19 +177,23 @@ impl CumulusInputs {
     }
 
     /// What passes read that show it; `None` without its light.
-    pub(super) fn light(&self, gpu: &Gpu) -> Option<Vec<Bind>> {
-        let (lit, dressed) = self.seen.as_ref()?;
+    fn light(&self, gpu: &Gpu) -> Option<(&CumulusLight, Vec<Bind>)> {
+        let light = self.seen.as_ref()?;
         let mut binds = self.shape(gpu);
-        let [red, green, blue] = &lit.light;
-        binds.extend(binds![red, green, blue, &lit.sun_depth, &dressed.0, &gpu.linear]);
-        Some(binds)
+        binds.extend(light.binds(gpu));
+        Some((light, binds))
+    }
+
+    /// The shader that shows it in the texture sky, and what it reads first.
+    pub(super) fn on_sky(&self, gpu: &Gpu) -> Option<(&'static Shader, Vec<Bind>)> {
+        self.light(gpu).map(|(light, binds)| (light.sky(), binds))
     }
 
     /// Its part in the texture cloud.
     pub(super) fn on_plane(&self, gpu: &Gpu, view: &View, output: &wgpu::Buffer, held: &wgpu::Buffer) -> Option<Pass> {
-        let mut binds = self.light(gpu)?;
+        let (light, mut binds) = self.light(gpu)?;
         binds.extend(binds![&gpu.uniform("view", view), output, held]);
-        Some(Pass::new(&shaders::CUMULUS_PLANE, [view.size[0], view.rows], binds))
+        Some(Pass::new(light.plane(), [view.size[0], view.rows], binds))
     }
 
     /// Its part in what is on the ground, or in the texture thickness.

@@ -217,8 +217,8 @@ fn cumulus_pass(
         together: (inputs.layers.len() > 1).into(),
         ..*view
     };
-    let mut binds = cumulus.inputs.light(gpu).ok_or_else(|| early("cumulus"))?;
-    Ok(over(gpu, &shaders::CUMULUS_SKY, &shown, |tiles| {
+    let (shader, mut binds) = cumulus.inputs.on_sky(gpu).ok_or_else(|| early("cumulus"))?;
+    Ok(over(gpu, shader, &shown, |tiles| {
         binds.extend(binds![&gpu.uniform("view", &view), &before.map, &gpu.clamp, tiles, clouds, held]);
         binds
     }))
