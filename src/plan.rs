@@ -64,9 +64,7 @@ fn field_in_words(layer: &Layer, scene: &Scene, request: &Request) -> (String, &
             format!("map displaced by eddies, {}", words()),
             "turbulence; at most a life of 64 steps, from a checkpoint fewer",
         ),
-        (_, false) => {
-            (format!("map moved by the mean wind, {}", words()), "no turbulence: made once, for all times")
-        }
+        (_, false) => (format!("map moved by the mean wind, {}", words()), "no turbulence: made once, for all times"),
     }
 }
 
@@ -111,9 +109,10 @@ const FINEST_SKY: SkyDetail = SkyDetail { rays: 8, texels_per_ray: 4.0, coarsene
 const CUMULUS_ERROR: f64 = 0.07;
 
 /// Seconds of a core for a texel that is traced, times the square of the tolerance: of clear air, and of clouds of an optical
-/// depth of 30 seen through all of them.
+/// depth of 30 seen through all of them, which takes this long at least.
 const AIR_TEXEL_S: f64 = 4e-5;
 const CLOUD_TEXEL_S: f64 = 1.6e-3;
+const LEAST_TEXEL_S: f64 = 0.1;
 
 /// What a request will use.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -287,13 +286,11 @@ impl Plan {
         let (in_air, sphere) = (matches!(scene.atmosphere, Atmosphere::Air(_)), request.wanted.sphere().is_some());
         let choice = |stage, choice: String, reason: String, error| Choice { stage, choice, reason, error };
         let texels = request.texels(scene).into_iter().map(f64::from).product::<f64>();
-        let asked = |texel_s: f64| {
-            let cost = duration_in_words(texels * texel_s / (self.tolerance * self.tolerance));
-            format!("asked for; up to {cost} on one core")
-        };
+        let exact = 1.0 / (self.tolerance * self.tolerance);
+        let asked = |texel_s: f64| format!("asked for; up to {} on one core", duration_in_words(texels * texel_s));
         if sphere && in_air {
             let words = "reference (Monte Carlo on a round Earth)".to_owned();
-            return vec![choice("sky", words, asked(AIR_TEXEL_S), 0.5 * self.tolerance)];
+            return vec![choice("sky", words, asked(AIR_TEXEL_S * exact), 0.5 * self.tolerance)];
         }
         if scene.layer_count() == 0 && !sphere {
             let reason = "without clouds every texel is the same".to_owned();
@@ -306,7 +303,8 @@ impl Plan {
         let mut choices: Vec<Choice> = scene.layers.iter().map(field).collect();
         // Texels of the ground are traced together where all layers are stratiform, and all clouds a little for each.
         let one_by_one = request.wanted.projection().is_some() || scene.cumulus.is_some();
-        let reason = if one_by_one { asked(CLOUD_TEXEL_S) } else { "asked for".to_owned() };
+        let reason =
+            if one_by_one { asked((CLOUD_TEXEL_S * exact).max(LEAST_TEXEL_S)) } else { "asked for".to_owned() };
         let words = "reference (Monte Carlo in three dimensions)".to_owned();
         choices.push(choice("light", words, reason, 0.5 * self.tolerance));
         choices

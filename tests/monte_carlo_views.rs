@@ -20,10 +20,8 @@ static WHITE: LazyLock<Map> = LazyLock::new(|| Map::from_f32(1, 1, 1, &[1.0]));
 
 /// Spheres, each moved so far, with an edge that no noise moves.
 fn spheres(drift_m: DVec2) -> Index {
-    let sphere = |x: f64, y: f64, z: f64, radius_m: f64| Sphere {
-        centre: dvec3(x, y, z) + drift_m.extend(0.0),
-        radius_m,
-    };
+    let sphere =
+        |x: f64, y: f64, z: f64, radius_m: f64| Sphere { centre: dvec3(x, y, z) + drift_m.extend(0.0), radius_m };
     let spheres = vec![sphere(0.0, 0.0, 1000.0, 250.0), sphere(1500.0, -900.0, 900.0, 180.0)];
     Index::new(&Body { spheres, base_m: 800.0, edge_m: 30.0, relief_m: 0.0, extent_m: EXTENT_M })
 }

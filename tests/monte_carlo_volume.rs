@@ -273,8 +273,11 @@ fn light_of_sky_and_ground_is_that_of_an_independent_tracer() {
         let parts = [part(cumulus_of(&index), truth.extinction_per_m)];
         let pixels = sample(picture.column("tau"), 9);
         let views: Vec<VolumeView> = pixels.iter().map(|i| VolumeView::new(picture.eye, picture.rays[*i])).collect();
-        let problem =
-            VolumeProblem { ground_albedo: &even(0.2), sky_radiance: 1.0, ..problem(&parts, ALONE_M, truth.sun("side")) };
+        let problem = VolumeProblem {
+            ground_albedo: &even(0.2),
+            sky_radiance: 1.0,
+            ..problem(&parts, ALONE_M, truth.sun("side"))
+        };
         let found = seen(&problem, &views, 200, 31);
         let (mut sky, mut ground) = (Comparison::default(), Comparison::default());
         for (found, &i) in found.iter().zip(&pixels) {
@@ -496,8 +499,11 @@ fn light_forwards_and_backwards_is_the_same_and_none_is_lost() {
     let (index, map) = (soft(), uneven());
     let layer = Shape::Layer { base_m: 1000.0, thickness: &map, offset_uv: [0.0; 2] };
     let parts = [part(cumulus_of(&index), 0.03), Part { albedo: 0.95, phase: &DROPLETS, ..part(layer, 0.01) }];
-    let problem =
-        VolumeProblem { ground_albedo: &even(0.5), sky_radiance: 0.2, ..problem(&parts, 1500.0, direction(40.0, 300.0)) };
+    let problem = VolumeProblem {
+        ground_albedo: &even(0.5),
+        sky_radiance: 0.2,
+        ..problem(&parts, 1500.0, direction(40.0, 300.0))
+    };
     let forwards = gone(&problem, 150_000, 3);
     let out = [forwards.up, forwards.absorbed_by_ground, forwards.absorbed_in_clouds].map(|part| part.value);
     assert!((out.iter().sum::<f64>() / forwards.incident - 1.0).abs() < 1e-9);

@@ -73,13 +73,21 @@ fn an_even_slab_is_that_of_the_tables() {
     }
 }
 
+/// Texels in the middles of squares of 9 x 9.
+fn every_ninth(fine: &Texture) -> Texture {
+    let side = (fine.width / 9) as usize;
+    let texel = |i: usize| 4 * ((i / side * 9 + 4) * fine.width as usize + i % side * 9 + 4);
+    let data = (0..side * side).flat_map(|i| fine.data[texel(i)..][..4].to_vec()).collect();
+    Texture { data, width: side as u32, height: side as u32, ..fine.clone() }
+}
+
 /// How far fast green light is off, relative to the mean of all texels: its mean, and root mean square without the noise of
 /// the traced.
 fn errors(fast: &Texture, traced: &Texture) -> [f64; 2] {
     let (count, told) = (traced.channels.len(), traced.standard_error.as_ref().unwrap());
     let lit = count.min(3);
     let texels = fast.data.chunks(count).zip(traced.data.chunks(count)).zip(told.chunks(lit));
-    let (mut sums, mut texels_seen) = ([0.0; 4], 0.0);
+    let (mut sums, mut texels_seen) = ([0.0; 3], 0.0);
     for ((fast, traced), told) in texels {
         let [fast, traced, told] = [fast[GREEN], traced[GREEN], told[GREEN]].map(f64::from);
         sums[0] += traced;
@@ -94,12 +102,10 @@ fn errors(fast: &Texture, traced: &Texture) -> [f64; 2] {
 #[test]
 fn clouds_of_uneven_layers_and_cumulus_are_as_far_off_as_is_told() {
     let mut sky = Sky::open();
-    let eye = [("eye", "0,0,2")];
     let (front, back) = ([("direction", "60,200")], [("direction", "60,20")]);
     let above = ("view", "above");
     for (name, layers, query, [bias, rms]) in [
         ("broken from below", vec![broken()], vec![], [0.15, 0.4]),
-        ("broken from the ground", vec![broken()], eye.to_vec(), [0.15, 0.4]),
         ("broken from above, before the sun", vec![broken()], [&[above][..], &front].concat(), [0.15, 0.5]),
         ("cumulus from below", vec![cumulus()], vec![], [0.15, 0.5]),
         ("cumulus from above, before the sun", vec![cumulus()], [&[above][..], &front].concat(), [0.15, 0.4]),
@@ -107,15 +113,24 @@ fn clouds_of_uneven_layers_and_cumulus_are_as_far_off_as_is_told() {
         ("both", vec![broken(), cumulus()], vec![above], [0.2, 0.5]),
     ] {
         let scene = scene(&layers, 0.2, 55.0);
-        let query = [&query[..], &[("time", "77"), ("size", "8")]].concat();
-        let [fast, traced] = both(&mut sky, &scene, "cloud", &query, "0.15");
+        // Texels of 55 m, of which every ninth is at the place of a traced one: where texels are wider than the edges of cumulus,
+        // fast ones are means.
+        let query = [&query[..], &[("time", "77")]].concat();
+        let fast = every_ninth(&sky.render(&scene, "cloud", &[&query[..], &[("size", "72")]].concat()));
+        let traced = [&query[..], &[REFERENCE, ("size", "8"), ("tolerance", "0.15")]].concat();
+        let traced = sky.render(&scene, "cloud", &traced);
         let [found_bias, found_rms] = errors(&fast, &traced);
         println!("{name}: bias {found_bias:.3}, rms {found_rms:.3}");
         assert!(found_bias.abs() < bias && found_rms < rms, "{name}: bias {found_bias}, rms {found_rms}");
+        let mut alpha = 0.0;
         // Clouds are at the same places, also where the wind has carried them.
         for (fast, traced) in fast.data.chunks(4).zip(traced.data.chunks(4)) {
-            assert!((fast[3] - traced[3]).abs() < 0.06, "{name}: alpha {} is not {}", fast[3], traced[3]);
+            let off = (fast[3] - traced[3]).abs();
+            assert!(off < 0.15, "{name}: alpha {} is not {}", fast[3], traced[3]);
+            alpha += f64::from(off) / 64.0;
         }
+        println!("{name}: alpha {alpha:.4}");
+        assert!(alpha < 0.01, "{name}: alpha is off by {alpha}");
     }
 }
 
@@ -124,18 +139,22 @@ fn one_layer_alone_is_drawn_under_the_light_of_all() {
     let mut sky = Sky::open();
     let mut high = slab(100.0);
     high["base_m"] = json!(2500);
-    let scene = scene(&[slab(100.0), cumulus(), high], 0.2, 40.0);
-    for layer in ["0", "1", "2"] {
+    let mut middle = cumulus();
+    middle["base_m"] = json!(1300);
+    let scene = scene(&[slab(100.0), middle, high], 0.2, 40.0);
+    for layer in ["0", "2"] {
         let [fast, traced] = both(&mut sky, &scene, "cloud", &[("layer", layer), ("size", "4")], "0.3");
         for (fast, traced) in fast.data.chunks(4).zip(traced.data.chunks(4)) {
-            assert!((fast[3] - traced[3]).abs() < 0.03, "layer {layer}: alpha {} is not {}", fast[3], traced[3]);
+            assert!((fast[3] - traced[3]).abs() < 1e-3, "layer {layer}: alpha {} is not {}", fast[3], traced[3]);
         }
-        if layer != "1" {
-            let [bias, _] = errors(&fast, &traced);
-            println!("layer {layer}: {bias:.3}");
-            assert!(bias.abs() < 0.1, "layer {layer}: {bias}");
-        }
+        let [bias, _] = errors(&fast, &traced);
+        println!("layer {layer}: {bias:.3}");
+        assert!(bias.abs() < 0.1, "layer {layer}: {bias}");
     }
+    // Of cumulus there are gaps.
+    let gaps = sky.render(&scene, "cloud", &[REFERENCE, ("layer", "1"), ("size", "6"), ("tolerance", "0.5")]);
+    let alphas = || gaps.data.chunks(4).map(|texel| texel[3]);
+    assert!(alphas().any(|alpha| alpha == 0.0) && alphas().any(|alpha| alpha > 0.9));
 }
 
 #[test]
@@ -147,10 +166,17 @@ fn a_sky_under_its_own_light_is_that_of_the_tables() {
         let query = [("projection", "octahedral"), ("size", "4"), ("eye", eye)];
         let [fast, traced] = both(&mut sky, &scene, "sky", &query, "0.06");
         let errors = traced.standard_error.as_ref().unwrap();
-        for (i, (found, expected)) in traced.data.iter().zip(&fast.data).enumerate() {
+        // Texels on the horizon are means in the fast picture.
+        let right = |i: usize| (i as f64 + 0.5) / 2.0 - 1.0;
+        let up = |texel: usize| 1.0 - right(texel % 4).abs() - right(texel / 4).abs();
+        let values = traced.data.iter().zip(&fast.data).enumerate();
+        for (i, (found, expected)) in values.filter(|(i, _)| up(i / 3).abs() > 0.1) {
             let error = errors[i];
             println!("{eye} {i}: {found} +- {error}, fast {expected}");
-            assert!((found - expected).abs() < 4.0 * error + 0.03 * expected, "{eye} {i}: {found} +- {error}, {expected}");
+            assert!(
+                (found - expected).abs() < 4.0 * error + 0.03 * expected,
+                "{eye} {i}: {found} +- {error}, {expected}"
+            );
         }
     }
     // Without clouds there are only the sky and the ground.
@@ -234,7 +260,7 @@ fn the_plan_tells_what_a_traced_picture_costs() {
         Request::parse("cloud", "exr", &query).unwrap()
     };
     let scene = Scene::from_json(scene(&[broken(), cumulus()], 0.2, 30.0).to_string().as_bytes()).unwrap();
-    for (tolerance, cost) in [("0.1", "3 min"), ("0.01", "5 h")] {
+    for (tolerance, cost) in [("0.1", "3 min"), ("0.01", "5 h"), ("0.5", "2 min")] {
         let request = query(tolerance);
         let choices = Plan::new(&request).explain(&scene, &request);
         let stages: Vec<&str> = choices.iter().map(|choice| choice.stage).collect();

@@ -66,9 +66,7 @@ pub(super) fn trace_patches(
         Some(Component::Direct { .. }) => VolumeShare::Direct,
         Some(Component::Diffuse { .. }) => VolumeShare::Diffuse,
     };
-    let found = watched(watch, |progress, stop| {
-        rgb_mean_irradiance(&scene, &patches, share, &effort, progress, stop)
-    })?;
+    let found = watched(watch, |progress, stop| rgb_mean_irradiance(&scene, &patches, share, &effort, progress, stop))?;
     found.into_iter().flatten().for_each(|estimate| traced.add_value(estimate));
     Ok(traced)
 }

@@ -34,7 +34,9 @@ pub(super) fn each<T: Send>(
             first_round: FIRST_ROUND,
             time: deadline.map(share),
             // Those who wait are asked often, even where one run takes long.
-            progress: &|part| progress(if count == 1 { part } else { done.load(Ordering::Relaxed) as f64 / count as f64 }),
+            progress: &|part| {
+                progress(if count == 1 { part } else { done.load(Ordering::Relaxed) as f64 / count as f64 })
+            },
             cancelled,
         };
         let result = work(number, &watch)?;
