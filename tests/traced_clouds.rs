@@ -161,6 +161,9 @@ fn one_layer_alone_is_drawn_under_the_light_of_all() {
 fn a_sky_under_its_own_light_is_that_of_the_tables() {
     let mut sky = Sky::open();
     let scene = scene(&[slab(100.0)], 0.4, 50.0);
+    // Texels on the horizon are means in the fast picture.
+    let right = |i: usize| (i as f64 + 0.5) / 2.0 - 1.0;
+    let off_the_horizon = |value: usize| (1.0 - right(value / 3 % 4).abs() - right(value / 12).abs()).abs() > 0.1;
     // A level slab seen from below and from above, and the ground.
     for eye in ["0,0,2", "300,0,4000"] {
         let query = [("projection", "octahedral"), ("eye", eye)];
@@ -168,11 +171,8 @@ fn a_sky_under_its_own_light_is_that_of_the_tables() {
         let traced = [&query[..], &[REFERENCE, ("size", "4"), ("tolerance", "0.06")]].concat();
         let traced = sky.render(&scene, "sky", &traced);
         let errors = traced.standard_error.as_ref().unwrap();
-        // Texels on the horizon are means in the fast picture.
-        let right = |i: usize| (i as f64 + 0.5) / 2.0 - 1.0;
-        let up = |texel: usize| 1.0 - right(texel % 4).abs() - right(texel / 4).abs();
         let values = traced.data.iter().zip(&fast.data).enumerate();
-        for (i, (found, expected)) in values.filter(|(i, _)| up(i / 3).abs() > 0.1) {
+        for (i, (found, expected)) in values.filter(|(i, _)| off_the_horizon(*i)) {
             let error = errors[i];
             println!("{eye} {i}: {found} +- {error}, fast {expected}");
             assert!(
@@ -184,8 +184,8 @@ fn a_sky_under_its_own_light_is_that_of_the_tables() {
     // Without clouds there are only the sky and the ground.
     let scene = self::scene(&[], 0.4, 50.0);
     let [fast, traced] = both(&mut sky, &scene, "sky", &[("projection", "octahedral"), ("size", "4")], "0.06");
-    for (found, expected) in traced.data.iter().zip(&fast.data) {
-        assert!((found / expected - 1.0).abs() < 1e-3, "{found} is not {expected}");
+    for (i, (found, expected)) in traced.data.iter().zip(&fast.data).enumerate().filter(|(i, _)| off_the_horizon(*i)) {
+        assert!((found / expected - 1.0).abs() < 1e-3, "{i}: {found} is not {expected}");
     }
 }
 
