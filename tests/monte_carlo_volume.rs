@@ -475,7 +475,7 @@ fn layers_of_uneven_thickness_are_those_of_the_solver_for_fields() {
         side_m: 1500.0 / side as f64,
     };
     let patches: Vec<VolumePatch> = (0..side * side).map(patch).collect();
-    let effort = Effort::photons(1500, 31);
+    let effort = Effort::photons(4000, 31);
     for (share, map) in [
         (VolumeShare::Total, FluxMap::Ground),
         (VolumeShare::Direct, FluxMap::GroundDirect),
@@ -484,7 +484,9 @@ fn layers_of_uneven_thickness_are_those_of_the_solver_for_fields() {
         let means = mean_irradiance(&problem, &patches, share, &effort, &|_| (), &AtomicBool::new(false)).unwrap();
         let expected = expected.map(map);
         for (texel, mean) in means.into_iter().enumerate() {
-            let [value, error] = [expected.values[texel], expected.standard_errors[texel]];
+            // Where no photon came one could have.
+            let one = (side * side) as f64 / 100_000.0;
+            let [value, error] = [expected.values[texel], expected.standard_errors[texel].max(one)];
             check(mean, field_incident(sun) * value, field_incident(sun) * error, "a square");
         }
     }
