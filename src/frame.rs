@@ -114,11 +114,6 @@ pub(crate) fn cumulus(
     }
 }
 
-/// A layer as it looks without the sun's light.
-pub(crate) fn sunless(frame: &Frame) -> Frame {
-    Frame { sun: Sun { irradiance: [0.0; 3], cosine: 0.0, ..frame.sun }, ..*frame }
-}
-
 /// What is asked for, as all of its rows.
 pub(crate) fn view(moment: &Moment, wanted: &Wanted, size: [u32; 2]) -> View {
     let whole = View { size, rows: size[1], first: 1, peak: wanted.peak().unwrap_or(true).into(), ..View::default() };

@@ -35,8 +35,7 @@ pub enum Method {
     Analytic,
     /// Single scattering exact; all the rest from tables of the exact solution.
     Tabulated,
-    /// Monte Carlo: minutes, for comparisons. A slab for every texel of a cloud; all layers in three dimensions for light
-    /// on the ground.
+    /// Monte Carlo through all layers in three dimensions: minutes, for comparisons.
     Reference(Reference),
 }
 

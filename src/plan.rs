@@ -5,10 +5,10 @@
 //! or its finest where none does; [`expected_error`] tells what they come to together.
 
 use crate::field;
-use crate::method::{CumulusMethod, Method, Reference, SlabMethod, Transport};
+use crate::method::{CumulusMethod, Reference, SlabMethod, Transport};
 use crate::request::Request;
 use crate::scene::quantity::Quantity as _;
-use crate::scene::{GroundAlbedo, Layer, Scene, Thickness};
+use crate::scene::{Atmosphere, GroundAlbedo, Layer, Scene, Thickness};
 use crate::spectrum::Spectrum;
 use crate::tables::Detail;
 
@@ -55,6 +55,31 @@ fn in_words(slab: SlabMethod) -> String {
     )
 }
 
+/// How a stratiform layer's thickness is made, and why so.
+fn field_in_words(layer: &Layer, scene: &Scene, request: &Request) -> (String, &'static str) {
+    let words = || field::octaves_in_words(&layer.thickness, field_resolution(scene, request));
+    match (is_uniform(layer), field::moves(&layer.thickness, &layer.wind)) {
+        (true, _) => ("one texel".to_owned(), "the thickness is the same everywhere"),
+        (_, true) => (
+            format!("map displaced by eddies, {}", words()),
+            "turbulence; at most a life of 64 steps, from a checkpoint fewer",
+        ),
+        (_, false) => (format!("map moved by the mean wind, {}", words()), "no turbulence: made once, for all times"),
+    }
+}
+
+fn is_uniform(layer: &Layer) -> bool {
+    matches!(layer.thickness, Thickness::Uniform(_))
+}
+
+fn duration_in_words(seconds: f64) -> String {
+    match seconds {
+        seconds if seconds < 90.0 => format!("{:.0} s", seconds.max(1.0)),
+        seconds if seconds < 5400.0 => format!("{:.0} min", seconds / 60.0),
+        seconds => format!("{:.0} h", seconds / 3600.0),
+    }
+}
+
 /// How finely the clouds of a sky are looked at where many of them are one texel.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SkyDetail {
@@ -80,12 +105,18 @@ const SKY_DETAIL: [(SkyDetail, f64); 2] = [
 /// The finest look.
 const FINEST_SKY: SkyDetail = SkyDetail { rays: 8, texels_per_ray: 4.0, coarseness: 0.0, steps: 2.0, error: 0.12 };
 
+/// Seconds of a core for a texel that is traced, times the square of the tolerance: of clear air, and of clouds of an optical
+/// depth of 30 seen through all of them, which takes this long at least.
+const AIR_TEXEL_S: f64 = 4e-5;
+const CLOUD_TEXEL_S: f64 = 1.6e-3;
+const LEAST_TEXEL_S: f64 = 0.1;
+
 /// What a request will use.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Plan {
     /// Relative error that is acceptable; the default where the texture is exact.
     pub tolerance: f64,
-    /// How slab light is computed, if the texture shows any. By Monte Carlo, what is not the sun's light is shaded by it.
+    /// How slab light is computed, if the texture shows any that is not traced.
     pub slab: Option<SlabMethod>,
     /// Monte Carlo, where it is asked for.
     pub reference: Option<Reference>,
@@ -132,15 +163,12 @@ impl Plan {
     /// Plans a request. The tolerance alone decides, so that equal requests are equal on every machine.
     pub fn new(request: &Request) -> Self {
         let tolerance = request.wanted.tolerance().unwrap_or(Request::TOLERANCE);
-        let slab = match request.wanted.method() {
-            // What is not the sun's light takes no method.
-            Some(Method::Reference(_)) => SlabMethod::Analytic,
-            asked => SlabMethod::within(tolerance, asked),
-        };
+        let reference = request.wanted.reference();
+        let shaded = request.texture().needs().slab && reference.is_none();
         Self {
             tolerance,
-            slab: request.texture().needs().slab.then_some(slab),
-            reference: request.wanted.reference(),
+            slab: shaded.then(|| SlabMethod::within(tolerance, request.wanted.method())),
+            reference,
             transport: request.wanted.transport().unwrap_or(if tolerance >= Transport::Tilted.error() {
                 Transport::Tilted
             } else {
@@ -163,16 +191,14 @@ impl Plan {
 
     /// The plan in words, stage by stage, for a scene.
     pub fn explain(&self, scene: &Scene, request: &Request) -> Vec<Choice> {
+        if self.reference.is_some() {
+            return self.explain_traced(scene, request);
+        }
         let mut choices = Vec::new();
         let mut add =
             |stage, choice: String, reason: String, error| choices.push(Choice { stage, choice, reason, error });
         if !request.texture().shows_the_scene() {
             add("draw", "marks and a grid of degrees".to_owned(), "a test picture of directions".to_owned(), 0.0);
-            return choices;
-        }
-        if self.reference.is_some() && request.wanted.sphere().is_some() {
-            let choice = "reference (Monte Carlo on a round Earth)".to_owned();
-            add("sky", choice, "asked for".to_owned(), 0.5 * self.tolerance);
             return choices;
         }
         if scene.layer_count() == 0 && request.wanted.sphere().is_some() {
@@ -197,28 +223,12 @@ impl Plan {
         if scene.layers.is_empty() {
             return choices;
         }
-        let is_uniform = |layer: &Layer| matches!(layer.thickness, Thickness::Uniform(_));
         let uniform = scene.layers.iter().all(is_uniform);
         for layer in &scene.layers {
-            let words = || field::octaves_in_words(&layer.thickness, field_resolution(scene, request));
-            let (choice, reason) = match (is_uniform(layer), field::moves(&layer.thickness, &layer.wind)) {
-                (true, _) => ("one texel".to_owned(), "the thickness is the same everywhere"),
-                (_, true) => (
-                    format!("map displaced by eddies, {}", words()),
-                    "turbulence; at most a life of 64 steps, from a checkpoint fewer",
-                ),
-                (_, false) => {
-                    (format!("map moved by the mean wind, {}", words()), "no turbulence: made once, for all times")
-                }
-            };
+            let (choice, reason) = field_in_words(layer, scene, request);
             add("field", choice, reason.to_owned(), 0.0);
         }
         let needs = request.texture().needs();
-        if self.reference.is_some() && needs.ground_sun {
-            let choice = "reference (Monte Carlo in three dimensions)".to_owned();
-            add("light", choice, "asked for".to_owned(), 0.5 * self.tolerance);
-            return choices;
-        }
         let (march, error) = match uniform {
             true => ("closed form", 0.0),
             // Exact but for rounding.
@@ -267,17 +277,43 @@ impl Plan {
             );
         }
         if let Some(slab) = self.slab {
-            let (choice, error) = match self.reference {
-                Some(_) => ("reference (Monte Carlo)".to_owned(), 0.5 * self.tolerance),
-                None => (in_words(slab), slab.error()),
-            };
+            let error = slab.error();
             let reason = match request.wanted.method() {
                 Some(_) => "asked for".to_owned(),
                 None if error <= self.tolerance => format!("the cheapest within the tolerance of {}", self.tolerance),
                 None => format!("the finest there is; the tolerance is {}", self.tolerance),
             };
-            add("shade", choice, reason, error);
+            add("shade", in_words(slab), reason, error);
         }
+        choices
+    }
+
+    /// The same of a texture by Monte Carlo.
+    fn explain_traced(&self, scene: &Scene, request: &Request) -> Vec<Choice> {
+        let (in_air, sphere) = (matches!(scene.atmosphere, Atmosphere::Air(_)), request.wanted.sphere().is_some());
+        let choice = |stage, choice: String, reason: String, error| Choice { stage, choice, reason, error };
+        let texels = request.texels(scene).into_iter().map(f64::from).product::<f64>();
+        let exact = 1.0 / (self.tolerance * self.tolerance);
+        let asked = |texel_s: f64| format!("asked for; up to {} on one core", duration_in_words(texels * texel_s));
+        if sphere && in_air {
+            let words = "reference (Monte Carlo on a round Earth)".to_owned();
+            return vec![choice("sky", words, asked(AIR_TEXEL_S * exact), 0.5 * self.tolerance)];
+        }
+        if scene.layer_count() == 0 && !sphere {
+            let reason = "without clouds every texel is the same".to_owned();
+            return vec![choice("shade", "constant".to_owned(), reason, 0.0)];
+        }
+        let field = |layer: &Layer| {
+            let (words, reason) = field_in_words(layer, scene, request);
+            choice("field", words, reason.to_owned(), 0.0)
+        };
+        let mut choices: Vec<Choice> = scene.layers.iter().map(field).collect();
+        // Texels of the ground are traced together where all layers are stratiform, and all clouds a little for each.
+        let one_by_one = request.wanted.projection().is_some() || scene.cumulus.is_some();
+        let reason =
+            if one_by_one { asked((CLOUD_TEXEL_S * exact).max(LEAST_TEXEL_S)) } else { "asked for".to_owned() };
+        let words = "reference (Monte Carlo in three dimensions)".to_owned();
+        choices.push(choice("light", words, reason, 0.5 * self.tolerance));
         choices
     }
 }

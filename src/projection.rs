@@ -152,6 +152,13 @@ impl Sphere {
         Axes::ALL.into_iter().find(same).unwrap_or(self.axes)
     }
 
+    /// What is seen at the middle of each texel of a picture, row by row.
+    pub(crate) fn directions(&self, [across, down]: [u32; 2]) -> Vec<Option<[f64; 3]>> {
+        let middle = |x: u32, y: u32| [f64::from(x) + 0.5, f64::from(y) + 0.5];
+        let texels = (0..down).flat_map(|y| (0..across).map(move |x| middle(x, y)));
+        texels.map(|middle| self.direction(middle, [across, down])).collect()
+    }
+
     /// Unit vector (east, north, up) seen at a place of a picture of so many texels, the place counted in texels from the upper
     /// left corner; `None` where the picture shows nothing.
     pub fn direction(&self, [x, y]: [f64; 2], [across, down]: [u32; 2]) -> Option<[f64; 3]> {

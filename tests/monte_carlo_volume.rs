@@ -11,14 +11,14 @@
 mod cumulus;
 
 use cumulus::Shape as Truth;
-use glam::{DVec3, dvec3};
+use glam::{DVec2, DVec3, dvec3};
 use skyloom::cumulus::{Body, Index, Line, Sphere};
 use skyloom::optics::{PhaseFunction, PhaseTable};
 use skyloom::reference::Map;
 use skyloom::reference::monte_carlo::field::{FieldProblem, FluxMap, Layer, trace};
 use skyloom::reference::monte_carlo::volume::{
-    Part, RgbPart, RgbVolume, Shape, VolumeFluxes, VolumeIrradiance, VolumeProblem, VolumeRadiance, VolumeView, fluxes,
-    irradiance, radiance, rgb_radiance,
+    Part, RgbPart, RgbVolume, Shape, VolumeFluxes, VolumeIrradiance, VolumePatch, VolumeProblem, VolumeRadiance,
+    VolumeShare, VolumeView, fluxes, irradiance, mean_irradiance, radiance, rgb_radiance,
 };
 use skyloom::reference::monte_carlo::{Effort, Estimate, MonteCarloError, Side, SlabProblem, View};
 use std::f64::consts::PI;
@@ -44,13 +44,26 @@ static DROPLETS: LazyLock<PhaseFunction> = LazyLock::new(|| {
     PhaseTable::new(&text.lines().skip(1).map(point).collect::<Vec<_>>()).unwrap().phase().clone()
 });
 
+/// Ground of albedo 0.
+static BLACK: LazyLock<Map> = LazyLock::new(|| even(0.0));
+
+/// Ground of one albedo.
+fn even(albedo: f64) -> Map {
+    Map { width: 1, height: 1, texels: vec![[albedo, 0.0, 0.0, 0.0]] }
+}
+
+/// Clouds that no wind has carried away.
+fn cumulus_of(index: &Index) -> Shape<'_> {
+    Shape::Cumulus { index, drift_m: DVec2::ZERO }
+}
+
 fn part<'a>(shape: Shape<'a>, extinction_per_m: f64) -> Part<'a> {
     Part { shape, extinction_per_m, albedo: 1.0, phase: &HENYEY_GREENSTEIN }
 }
 
 /// Black ground, no sky, a sun of irradiance 1.
 fn problem<'a>(parts: &'a [Part<'a>], extent_m: f64, towards_sun: DVec3) -> VolumeProblem<'a> {
-    VolumeProblem { parts, ground_albedo: 0.0, extent_m, towards_sun, sun_irradiance: 1.0, sky_radiance: 0.0 }
+    VolumeProblem { parts, ground_albedo: &BLACK, extent_m, towards_sun, sun_irradiance: 1.0, sky_radiance: 0.0 }
 }
 
 /// Unit vector at a zenith angle and an azimuth from east to north, degrees.
@@ -160,7 +173,7 @@ impl Comparison {
 fn compare(name: &'static str, view: &str, suns: &[&str], step: usize, paths: u64) {
     let truth = Truth::named(name);
     let (index, picture) = (alone(&truth), truth.picture(view));
-    let parts = [part(Shape::Cumulus(&index), truth.extinction_per_m)];
+    let parts = [part(cumulus_of(&index), truth.extinction_per_m)];
     let pixels = sample(picture.column("tau"), step);
     let views: Vec<VolumeView> = pixels.iter().map(|i| VolumeView::new(picture.eye, picture.rays[*i])).collect();
     for (number, sun) in suns.iter().enumerate() {
@@ -217,7 +230,7 @@ fn scattered_once(sphere: &Sphere, extinction: f64, eye: DVec3, ray: DVec3, sun:
 fn light_scattered_once_is_the_closed_form() {
     let truth = Truth::named("one");
     let (index, picture) = (alone(&truth), truth.picture("side"));
-    let parts = [part(Shape::Cumulus(&index), truth.extinction_per_m)];
+    let parts = [part(cumulus_of(&index), truth.extinction_per_m)];
     let pixels = sample(picture.column("tau"), 40);
     let views: Vec<VolumeView> = pixels.iter().map(|i| VolumeView::new(picture.eye, picture.rays[*i])).collect();
     let mut worst = 0.0_f64;
@@ -257,11 +270,14 @@ fn light_of_sky_and_ground_is_that_of_an_independent_tracer() {
     for name in ["one", "three", "hier"] {
         let truth = Truth::named(name);
         let (index, picture) = (alone(&truth), truth.picture("side"));
-        let parts = [part(Shape::Cumulus(&index), truth.extinction_per_m)];
+        let parts = [part(cumulus_of(&index), truth.extinction_per_m)];
         let pixels = sample(picture.column("tau"), 9);
         let views: Vec<VolumeView> = pixels.iter().map(|i| VolumeView::new(picture.eye, picture.rays[*i])).collect();
-        let problem =
-            VolumeProblem { ground_albedo: 0.2, sky_radiance: 1.0, ..problem(&parts, ALONE_M, truth.sun("side")) };
+        let problem = VolumeProblem {
+            ground_albedo: &even(0.2),
+            sky_radiance: 1.0,
+            ..problem(&parts, ALONE_M, truth.sun("side"))
+        };
         let found = seen(&problem, &views, 200, 31);
         let (mut sky, mut ground) = (Comparison::default(), Comparison::default());
         for (found, &i) in found.iter().zip(&pixels) {
@@ -277,7 +293,7 @@ fn light_of_sky_and_ground_is_that_of_an_independent_tracer() {
 fn nothing_gives_nothing_and_leaves_all_light_on_the_ground() {
     let index =
         Index::new(&Body { spheres: Vec::new(), base_m: 800.0, edge_m: 20.0, relief_m: 10.0, extent_m: 5000.0 });
-    for parts in [&[part(Shape::Cumulus(&index), 0.05)][..], &[]] {
+    for parts in [&[part(cumulus_of(&index), 0.05)][..], &[]] {
         let sun = direction(60.0, 20.0);
         let problem = VolumeProblem { sky_radiance: 0.3, ..problem(parts, 5000.0, sun) };
         let views = [VolumeView::new(DVec3::Z, sun), VolumeView::new(DVec3::Z * 900.0, DVec3::X)];
@@ -294,7 +310,7 @@ fn a_thin_sphere_scatters_once() {
     let sphere = Sphere { centre: dvec3(0.0, 0.0, 900.0), radius_m: 250.0 };
     let body = Body { spheres: vec![sphere], base_m: 0.0, edge_m: 0.0, relief_m: 0.0, extent_m: ALONE_M };
     let (index, extinction) = (Index::new(&body), 1e-6);
-    let parts = [Part { albedo: 0.7, ..part(Shape::Cumulus(&index), extinction) }];
+    let parts = [Part { albedo: 0.7, ..part(cumulus_of(&index), extinction) }];
     let sun = direction(40.0, 70.0);
     for (aside_m, towards) in
         [(0.0, direction(70.0, 10.0)), (170.0, direction(40.0, 75.0)), (240.0, -direction(20.0, 0.0))]
@@ -314,9 +330,9 @@ fn a_thin_sphere_scatters_once() {
 fn in_even_light_clouds_are_as_bright_as_what_is_behind() {
     let (index, map) = (soft(), uneven());
     let layer = Shape::Layer { base_m: 700.0, thickness: &map, offset_uv: [0.3, 0.1] };
-    let parts = [part(Shape::Cumulus(&index), 0.04), Part { phase: &DROPLETS, ..part(layer, 0.02) }];
+    let parts = [part(cumulus_of(&index), 0.04), Part { phase: &DROPLETS, ..part(layer, 0.02) }];
     let dark = problem(&parts, 1500.0, direction(100.0, 0.0));
-    let problem = VolumeProblem { ground_albedo: 1.0, sky_radiance: 1.0, ..dark };
+    let problem = VolumeProblem { ground_albedo: &even(1.0), sky_radiance: 1.0, ..dark };
     let views = [
         VolumeView::new(dvec3(0.0, -700.0, 2.0), dvec3(0.0, 0.7, 0.9)),
         VolumeView::new(dvec3(100.0, 0.0, 900.0), dvec3(0.2, 0.7, 0.1)),
@@ -399,11 +415,12 @@ fn a_layer_of_even_thickness_is_a_slab() {
 
 #[test]
 fn layers_of_uneven_thickness_are_those_of_the_solver_for_fields() {
-    let (map, ground) = (uneven(), Map::from_f32(1, 1, 1, &[0.4]));
+    // Ground of four kinds.
+    let (map, ground) = (uneven(), Map::from_f32(2, 2, 1, &[0.1, 0.7, 0.2, 0.6]));
     let offset_uv = [0.2, 0.7];
     let parts = [Part { albedo: 0.97, ..part(Shape::Layer { base_m: 400.0, thickness: &map, offset_uv }, 0.03) }];
     let sun = direction(55.0, 130.0);
-    let problem = VolumeProblem { ground_albedo: 0.4, sky_radiance: 0.1, ..problem(&parts, 1500.0, sun) };
+    let problem = VolumeProblem { ground_albedo: &ground, sky_radiance: 0.1, ..problem(&parts, 1500.0, sun) };
     let layers = [Layer {
         base_m: 400.0,
         thickness: &map,
@@ -451,6 +468,28 @@ fn layers_of_uneven_thickness_are_those_of_the_solver_for_fields() {
         // Twelve lines a side leave 1 % or so of the texel's light.
         check(found, mean, 0.01 * sun.z, "direct");
     }
+    // And as means over the squares themselves.
+    let middle = |i: usize| (i as f64 + 0.5) / side as f64 - 0.5;
+    let patch = |texel: usize| VolumePatch {
+        middle: dvec3(middle(texel % side), -middle(texel / side), 0.0) * 1500.0,
+        side_m: 1500.0 / side as f64,
+    };
+    let patches: Vec<VolumePatch> = (0..side * side).map(patch).collect();
+    let effort = Effort::photons(4000, 31);
+    for (share, map) in [
+        (VolumeShare::Total, FluxMap::Ground),
+        (VolumeShare::Direct, FluxMap::GroundDirect),
+        (VolumeShare::Diffuse, FluxMap::GroundDiffuse),
+    ] {
+        let means = mean_irradiance(&problem, &patches, share, &effort, &|_| (), &AtomicBool::new(false)).unwrap();
+        let expected = expected.map(map);
+        for (texel, mean) in means.into_iter().enumerate() {
+            // Where no photon came one could have.
+            let one = (side * side) as f64 / 100_000.0;
+            let [value, error] = [expected.values[texel], expected.standard_errors[texel].max(one)];
+            check(mean, field_incident(sun) * value, field_incident(sun) * error, "a square");
+        }
+    }
 }
 
 fn field_incident(sun: DVec3) -> f64 {
@@ -461,9 +500,12 @@ fn field_incident(sun: DVec3) -> f64 {
 fn light_forwards_and_backwards_is_the_same_and_none_is_lost() {
     let (index, map) = (soft(), uneven());
     let layer = Shape::Layer { base_m: 1000.0, thickness: &map, offset_uv: [0.0; 2] };
-    let parts = [part(Shape::Cumulus(&index), 0.03), Part { albedo: 0.95, phase: &DROPLETS, ..part(layer, 0.01) }];
-    let problem =
-        VolumeProblem { ground_albedo: 0.5, sky_radiance: 0.2, ..problem(&parts, 1500.0, direction(40.0, 300.0)) };
+    let parts = [part(cumulus_of(&index), 0.03), Part { albedo: 0.95, phase: &DROPLETS, ..part(layer, 0.01) }];
+    let problem = VolumeProblem {
+        ground_albedo: &even(0.5),
+        sky_radiance: 0.2,
+        ..problem(&parts, 1500.0, direction(40.0, 300.0))
+    };
     let forwards = gone(&problem, 150_000, 3);
     let out = [forwards.up, forwards.absorbed_by_ground, forwards.absorbed_in_clouds].map(|part| part.value);
     assert!((out.iter().sum::<f64>() / forwards.incident - 1.0).abs() < 1e-9);
@@ -488,7 +530,7 @@ fn a_cloud_sends_out_what_it_takes_from_the_sun() {
     for (edge_m, relief_m, count, paths) in [(0.0, 0.0, 20_000, 6), (20.0, 40.0, 4000, 12)] {
         let spheres = vec![Sphere { centre: middle, radius_m: 200.0 }];
         let index = Index::new(&Body { spheres, base_m: 0.0, edge_m, relief_m, extent_m: ALONE_M });
-        let parts = [part(Shape::Cumulus(&index), 0.03)];
+        let parts = [part(cumulus_of(&index), 0.03)];
         let sun = direction(50.0, 250.0);
         let problem = problem(&parts, ALONE_M, sun);
         // Rays of all directions through a disc that hides the cloud.
@@ -533,7 +575,7 @@ fn eye_and_sun_may_change_places() {
     let truth = Truth::named("three");
     let index = alone(&truth);
     let middle = truth.body.spheres.iter().map(|sphere| sphere.centre).sum::<DVec3>() / 3.0;
-    let parts = [Part { phase: &DROPLETS, ..part(Shape::Cumulus(&index), truth.extinction_per_m) }];
+    let parts = [Part { phase: &DROPLETS, ..part(cumulus_of(&index), truth.extinction_per_m) }];
     let (a, b) = (direction(30.0, 10.0), direction(65.0, 120.0));
     // Light that the cloud sends one way, of a beam that comes from another: parallel rays on a grid of 40 m.
     let sent = |sun: DVec3, eye: DVec3| {
@@ -560,14 +602,14 @@ fn colours_are_problems_of_their_own() {
     let index = soft();
     let (sun, views) = (direction(50.0, 0.0), [VolumeView::new(dvec3(0.0, -700.0, 2.0), dvec3(0.0, 0.7, 0.9))]);
     let part = RgbPart {
-        shape: Shape::Cumulus(&index),
+        shape: cumulus_of(&index),
         extinction_per_m: [0.01, 0.02, 0.03],
         albedo: [1.0, 0.9, 0.8],
         phase: [&HENYEY_GREENSTEIN, &HENYEY_GREENSTEIN, &DROPLETS],
     };
     let scene = RgbVolume {
         parts: &[part],
-        ground_albedo: [0.1, 0.2, 0.3],
+        ground_albedo: &Map { width: 1, height: 1, texels: vec![[0.1, 0.2, 0.3, 0.0]] },
         extent_m: 1500.0,
         towards_sun: sun,
         sun_irradiance: [1.0, 2.0, 3.0],
@@ -588,7 +630,7 @@ fn colours_are_problems_of_their_own() {
         }];
         let problem = VolumeProblem {
             parts: &parts,
-            ground_albedo: scene.ground_albedo[c],
+            ground_albedo: &even([0.1, 0.2, 0.3][c]),
             extent_m: 1500.0,
             towards_sun: sun,
             sun_irradiance: scene.sun_irradiance[c],
@@ -601,9 +643,9 @@ fn colours_are_problems_of_their_own() {
 #[test]
 fn results_do_not_depend_on_threads_and_can_be_cancelled_or_cut_short() {
     let index = soft();
-    let parts = [part(Shape::Cumulus(&index), 0.05)];
+    let parts = [part(cumulus_of(&index), 0.05)];
     let problem =
-        VolumeProblem { ground_albedo: 0.3, sky_radiance: 0.1, ..problem(&parts, 1500.0, direction(40.0, 0.0)) };
+        VolumeProblem { ground_albedo: &even(0.3), sky_radiance: 0.1, ..problem(&parts, 1500.0, direction(40.0, 0.0)) };
     let views: Vec<VolumeView> =
         (0..7).map(|i| VolumeView::new(dvec3(f64::from(i) * 40.0, -700.0, 2.0), dvec3(0.0, 0.7, 0.9))).collect();
     let with = |threads: usize| {
@@ -627,7 +669,7 @@ fn results_do_not_depend_on_threads_and_can_be_cancelled_or_cut_short() {
 #[test]
 fn inputs_out_of_range_are_named() {
     let index = soft();
-    let parts = [part(Shape::Cumulus(&index), 0.05)];
+    let parts = [part(cumulus_of(&index), 0.05)];
     let good = problem(&parts, 1500.0, DVec3::Z);
     let view = VolumeView::new(DVec3::Z, DVec3::Z);
     let error = |problem: &VolumeProblem<'_>, view: VolumeView| {
@@ -637,7 +679,7 @@ fn inputs_out_of_range_are_named() {
     let wrong = [Part { albedo: 1.5, ..parts[0] }];
     for (problem, view, name) in [
         (VolumeProblem { extent_m: 1600.0, ..good }, view, "extent of cumulus"),
-        (VolumeProblem { ground_albedo: -0.1, ..good }, view, "albedo of the ground"),
+        (VolumeProblem { ground_albedo: &even(-0.1), ..good }, view, "albedo of the ground"),
         (VolumeProblem { towards_sun: DVec3::ZERO, ..good }, view, "length of the direction to the sun"),
         (VolumeProblem { sky_radiance: f64::NAN, ..good }, view, "radiance of the sky"),
         (VolumeProblem { parts: &wrong, ..good }, view, "albedo"),

@@ -333,7 +333,7 @@ fn check_cloud(stages: &Stages) {
     let places = place_error(&from_below, reach) + place_error(&from_above, reach);
     let shares = place_error(&sun_share, reach) / largest(&sun_share).max(1e-30);
     let of_method = match slab {
-        HostSlab::Analytic(_) => TABLE_REL,
+        HostSlab::Forward(_) | HostSlab::Analytic(_) => TABLE_REL,
         HostSlab::Tabulated(_) => SLICE_REL,
     };
     let tolerance = Tolerance::new(CANCEL * light.max(1.0) + places, shares + of_method);

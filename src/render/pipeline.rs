@@ -15,9 +15,10 @@ use crate::ground::GroundMap;
 use crate::image::MissingImage;
 use crate::job::{Job, RenderError, Watch};
 use crate::light::{self, Light, LightInputs, Lit};
-use crate::method::SlabMethod;
+use crate::method::{Reference, SlabMethod};
 use crate::moment::Moment;
 use crate::plan::field_resolution;
+use crate::projection::Projection;
 use crate::request::Side;
 use crate::scene::Thickness;
 use crate::shade::{self, GroundSun, SlabLight};
@@ -170,30 +171,24 @@ impl Pipeline {
             sky: None,
         };
         let (fields, moment) = (&run.fields, &run.moment);
-        let reference = moment.plan.reference;
-        if let (Some(reference), true) = (reference, needs.ground_sun) {
+        if let Some(Reference { seed }) = moment.plan.reference {
             let thickness = fields.iter().map(|field| self.thickness(field, watch)).collect::<Result<Vec<_>, _>>()?;
-            let trace = || traced::trace_ground(job, reference.seed, moment, &thickness, watch);
+            let trace = || match request.wanted.projection() {
+                None => traced::trace_ground(job, seed, moment, &thickness, watch),
+                Some(Projection::Plane(plane)) => traced::trace_cloud(job, seed, &plane, moment, &thickness, watch),
+                Some(Projection::Sphere(sphere)) if job.air().is_some() => traced::trace_sky(job, seed, &sphere, watch),
+                Some(Projection::Sphere(sphere)) => {
+                    traced::trace_cloudy_sky(job, seed, &sphere, moment, &thickness, watch)
+                }
+            };
             run.texels = clock.time("reference", trace)?.into();
-            return Ok(run);
-        }
-        if let (Some(reference), Some(sphere)) = (reference, request.wanted.sphere()) {
-            run.texels = clock.time("reference", || traced::trace_sky(job, reference.seed, sphere, watch))?.into();
             return Ok(run);
         }
         watch.look()?;
         if needs.light || needs.slab || needs.ground_sun || all {
             run.tables = clock.time("tables", || Ok::<_, RenderError>(self.tables(job, moment)))?;
         }
-        let uniforms = |frames: &mut dyn Iterator<Item = Frame>| -> Vec<wgpu::Buffer> {
-            frames.map(|frame| self.gpu.uniform("frame", &frame)).collect()
-        };
-        let lit_by = uniforms(&mut run.frames.iter().copied());
-        // Monte Carlo adds the sun's light to texels that were shaded without it.
-        let seen_by = match reference {
-            Some(_) => uniforms(&mut run.frames.iter().map(frame::sunless)),
-            None => lit_by.clone(),
-        };
+        let lit_by: Vec<wgpu::Buffer> = run.frames.iter().map(|frame| self.gpu.uniform("frame", frame)).collect();
         let mut light = None;
         if (needs.light || all) && !lit_by.is_empty() {
             let make = || self.light(job, watch, &run, &lit_by, keep);
@@ -231,7 +226,7 @@ impl Pipeline {
             .as_ref()
             .is_some_and(|cumulus| request.wanted.layer().is_none_or(|layer| layer as usize == cumulus.place()));
         let layer = |number: usize| shade::LayerInputs {
-            frame: &seen_by[number],
+            frame: &lit_by[number],
             field: &run.fields[number],
             tables: run.tables.get(number).map(|tables| &*tables.device),
             method: slabs.get(number),
@@ -257,15 +252,8 @@ impl Pipeline {
         }
         let inputs = of(drawn(job), cumulus_seen || needs.ground_sun);
         let shading = Shading { job, moment: &run.moment, inputs, view: &run.view, watch };
-        let mut data = clock.time("shade", || bands(&self.gpu, &mut self.beams, &shading))?;
-        let mut standard_error = None;
-        if let Some(reference) = reference.filter(|_| needs.slab) {
-            let thickness = self.thickness(&run.fields[0], watch)?;
-            let trace =
-                || traced::add_sunlight(job, reference.seed, &run.frames[0], &run.view, &thickness, &mut data, watch);
-            standard_error = Some(clock.time("reference", trace)?);
-        }
-        run.texels = Texels { data, standard_error };
+        let data = clock.time("shade", || bands(&self.gpu, &mut self.beams, &shading))?;
+        run.texels = Texels { data, standard_error: None };
         Ok(run)
     }
 

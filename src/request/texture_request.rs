@@ -30,7 +30,7 @@ impl Request {
     /// Highest eye that looks at the sky, m: about where air ends.
     pub const MAX_EYE_M: f64 = 100_000.0;
 
-    /// Texels of a sky at most where it is traced: a tenth of a second each, or several at dusk.
+    /// Texels at most where each is traced by itself: tenths of a second to minutes each.
     pub const MAX_TRACED_TEXELS: u64 = 128 * 128;
 
     /// The kind of texture.
@@ -95,37 +95,9 @@ impl Request {
                 let detail = format!("z = {height_m} m; allowed: 0, the ground, to {} m", Self::MAX_EYE_M);
                 wrong("eye", detail);
             }
-            if self.wanted.reference().is_some() {
-                let traces = "reference traces the sky of clear physical air over ground of one albedo";
-                if count > 0 {
-                    wrong("method", format!("{traces}; layers of cloud in the scene: {count}; allowed: {FAST}"));
-                } else if matches!(scene.atmosphere, Atmosphere::Given(_)) {
-                    wrong("method", format!("{traces}; the scene's light is given; allowed: {FAST}"));
-                } else if matches!(scene.ground.albedo, GroundAlbedo::Map { .. }) {
-                    wrong("method", format!("{traces}; the scene's albedo is an image; allowed: {FAST}"));
-                }
-                let texels = self.texels(scene).into_iter().map(u64::from).product::<u64>();
-                if texels > Self::MAX_TRACED_TEXELS {
-                    let detail = format!(
-                        "reference traces at most {} texels of a sky, which takes minutes; this is {texels}",
-                        Self::MAX_TRACED_TEXELS
-                    );
-                    wrong("size", detail);
-                }
-            }
-        } else if self.wanted.reference().is_some() {
-            if scene.cumulus.is_some() {
-                wrong("method", format!("reference does not trace layers of cumulus yet; allowed: {FAST}"));
-            } else if self.texture().needs().slab && count > 1 {
-                let detail = format!(
-                    "reference traces the cloud of a single layer; the scene has {count}; allowed: tabulated, analytic"
-                );
-                wrong("method", detail);
-            }
-            if self.wanted.peak() == Some(true) {
-                let detail = "method reference counts as beam what was not scattered at all; allowed: false";
-                wrong("peak", detail.to_owned());
-            }
+        }
+        if self.wanted.reference().is_some() {
+            self.check_reference(scene, &mut wrong);
         }
         if self.wanted.wavelength_nm().is_some() {
             if matches!(scene.atmosphere, Atmosphere::Given(_)) {
@@ -147,5 +119,36 @@ impl Request {
             wrong("ev100", detail.to_owned());
         }
         if errors.is_empty() { Ok(()) } else { Err(errors) }
+    }
+
+    /// What cannot be traced.
+    fn check_reference(&self, scene: &Scene, wrong: &mut impl FnMut(&str, String)) {
+        let in_air = matches!(scene.atmosphere, Atmosphere::Air(_));
+        let mapped = matches!(scene.ground.albedo, GroundAlbedo::Map { .. });
+        if self.wanted.sphere().is_some() && in_air && (scene.layer_count() > 0 || mapped) {
+            let what = if mapped { "the scene's albedo is an image" } else { "the scene has clouds in its air" };
+            let detail = format!(
+                "reference traces the sky of clear air over ground of one albedo, and of any scene whose light is given; \
+                 {what}; allowed: {FAST}"
+            );
+            wrong("method", detail);
+        }
+        if self.wanted.disc() == Some(true) {
+            wrong("disc", "method reference draws no disc of the sun; allowed: false".to_owned());
+        }
+        if self.wanted.peak() == Some(true) {
+            let detail = "method reference counts as beam what was not scattered at all; allowed: false";
+            wrong("peak", detail.to_owned());
+        }
+        // Where all layers are stratiform the whole ground is traced at once.
+        let one_by_one = self.wanted.projection().is_some() || scene.cumulus.is_some();
+        let texels = self.texels(scene).into_iter().map(u64::from).product::<u64>();
+        if one_by_one && texels > Self::MAX_TRACED_TEXELS {
+            let detail = format!(
+                "reference traces each of at most {} texels, which takes minutes to hours; this is {texels}",
+                Self::MAX_TRACED_TEXELS
+            );
+            wrong("size", detail);
+        }
     }
 }

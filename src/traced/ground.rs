@@ -1,20 +1,22 @@
 //! Light on the ground by Monte Carlo in three dimensions through the layers as they are. Texels are means, not samples at
 //! points.
 
+use super::clouds::Clouds;
+use super::patches::trace_patches;
 use super::texels::Traced;
+use super::watched::watched;
 use crate::gpu::HostMap;
-use crate::ground::GroundMap;
 use crate::job::{Job, RenderError, Watch};
 use crate::moment::Moment;
 use crate::reference::Map;
 use crate::reference::monte_carlo::field::{
     AirScene, FieldProblem, FluxMap, Irradiance, Layer, RgbLayer, RgbScene, colour, irradiance, trace, waves,
 };
-use crate::reference::monte_carlo::{Effort, MAX_OPTICAL_DEPTH, MonteCarloError};
+use crate::reference::monte_carlo::{Effort, MonteCarloError};
 use crate::request::Component;
 use crate::scene::FieldError;
 use crate::tables::AirTables;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::AtomicBool;
 
 /// Lowest sun that is traced through air, degrees from the zenith.
 const LOWEST_SUN_DEG: f64 = 80.0;
@@ -32,13 +34,15 @@ pub(crate) fn trace_ground(
     thickness: &[HostMap],
     watch: &Watch,
 ) -> Result<Traced, RenderError> {
-    let thickness: Vec<Map> = thickness.iter().map(Map::from).collect();
-    check_depths(moment, &thickness)?;
+    let clouds = Clouds::new(job, moment, thickness)?;
+    if job.scene().cumulus.is_some() {
+        return trace_patches(job, seed, moment, &clouds, watch);
+    }
     check_sun(job)?;
     let layers: Vec<RgbLayer<'_>> = moment
         .layers
         .iter()
-        .zip(&thickness)
+        .zip(&clouds.thickness)
         .zip(job.tables())
         .map(|((layer, thickness), tables)| RgbLayer {
             base_m: layer.base_m,
@@ -49,11 +53,10 @@ pub(crate) fn trace_ground(
             phase: tables.channels.each_ref().map(|channel| &channel.phase),
         })
         .collect();
-    let ground = GroundMap::new(&job.scene().ground.albedo, job.images())?;
     let light = &moment.illumination;
     let scene = RgbScene {
         layers: &layers,
-        ground_albedo: &ground.exact(),
+        ground_albedo: &clouds.ground,
         extent_m: moment.extent_m,
         towards_sun: light.towards_sun,
         sun_irradiance: light.beam,
@@ -68,49 +71,23 @@ pub(crate) fn trace_ground(
         relative_error,
         time_limit: None,
     };
-    // The tracer knows one flag; this one is also raised at the deadline.
-    let stop = AtomicBool::new(false);
-    let progress = |part: f64| {
-        watch.report(part);
-        if watch.look().is_err() {
-            stop.store(true, Ordering::Release);
-        }
-    };
-    let run = Run { size: size as usize, effort, progress: &progress, stop: &stop };
-    let found = match job.request().wanted.component() {
-        None => beam(&scene, &run),
-        Some(component) => {
-            let map = match component {
-                Component::Total => FluxMap::Ground,
-                Component::Direct { .. } => FluxMap::GroundDirect,
-                Component::Diffuse { .. } => FluxMap::GroundDiffuse,
-            };
-            match job.air() {
-                Some(air) => in_air(&scene, &air.clear, light.nearness, map, &run),
-                None => run.irradiance(&scene, map),
+    watched(watch, |progress, stop| {
+        let run = Run { size: size as usize, effort, progress, stop };
+        match job.request().wanted.component() {
+            None => beam(&scene, &run),
+            Some(component) => {
+                let map = match component {
+                    Component::Total => FluxMap::Ground,
+                    Component::Direct { .. } => FluxMap::GroundDirect,
+                    Component::Diffuse { .. } => FluxMap::GroundDiffuse,
+                };
+                match job.air() {
+                    Some(air) => in_air(&scene, &air.clear, light.nearness, map, &run),
+                    None => run.irradiance(&scene, map),
+                }
             }
         }
-    };
-    found.map_err(|error| match error {
-        MonteCarloError::Cancelled => watch.look().err().unwrap_or(RenderError::Cancelled),
-        wrong => RenderError::Traced(wrong),
     })
-}
-
-/// Deeper clouds than the tracer takes are the request's fault: other methods take them.
-fn check_depths(moment: &Moment, thickness: &[Map]) -> Result<(), RenderError> {
-    let depths = moment.layers.iter().zip(thickness).map(|(layer, thickness)| {
-        let thickest = thickness.texels.iter().map(|texel| texel[0]).fold(0.0, f64::max);
-        layer.extinction_per_m.into_iter().fold(0.0, f64::max) * thickest
-    });
-    let too_deep = depths.enumerate().filter(|(_, depth)| *depth > MAX_OPTICAL_DEPTH).map(|(number, depth)| {
-        let detail = format!(
-            "reference follows light through optical depths of 0 to {MAX_OPTICAL_DEPTH}; layer {number} has {depth:.0}"
-        );
-        FieldError { pointer: "method".to_owned(), detail }
-    });
-    let errors: Vec<FieldError> = too_deep.collect();
-    if errors.is_empty() { Ok(()) } else { Err(RenderError::Invalid(errors)) }
 }
 
 /// Level air, which is what the tracer has, sends 1 % more light of the sky down than round air does under a high sun, and

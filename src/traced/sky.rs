@@ -2,12 +2,13 @@
 //! around a round Earth.
 
 use super::texels::Traced;
+use super::watched::watched;
 use crate::job::{Job, RenderError, Watch};
 use crate::reference::monte_carlo::air::{AirProblem, AirRadiance, AirView, PreparedAir, radiance};
-use crate::reference::monte_carlo::{Effort, Estimate, MonteCarloError};
+use crate::reference::monte_carlo::{Effort, Estimate};
 use crate::request::Sphere;
 use crate::spectrum::{TO_REC709, rec709};
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::AtomicBool;
 
 /// Paths of a texel and wavelength at most: enough for 1 % but in deep twilight.
 const MOST_PATHS: u64 = 400_000;
@@ -22,23 +23,16 @@ pub(crate) fn trace_sky(job: &Job, seed: u32, sphere: &Sphere, watch: &Watch) ->
     let [east, north, up] = light.towards_sun;
     let (sun_azimuth_deg, sun_zenith_deg) = (azimuth_deg([east, north]), up.clamp(-1.0, 1.0).acos().to_degrees());
     let size = job.request().texels(job.scene());
-    let [across, down] = size;
-    let places = (0..down).flat_map(|y| (0..across).map(move |x| [f64::from(x) + 0.5, f64::from(y) + 0.5]));
-    let directions: Vec<Option<[f64; 3]>> = places.map(|place| sphere.direction(place, size)).collect();
+    let directions = sphere.directions(size);
     let view = |[east, north, up]: [f64; 3]| {
         let elevation_deg = up.atan2(east.hypot(north)).to_degrees();
         AirView::new(sphere.eye[2], elevation_deg, azimuth_deg([east, north]) - sun_azimuth_deg)
     };
     let views: Vec<AirView> = directions.iter().flatten().map(|direction| view(*direction)).collect();
-    // The tracer knows one flag; this one is also raised at the deadline.
-    let stop = AtomicBool::new(false);
-    let failed = |error| match error {
-        MonteCarloError::Cancelled => watch.look().err().unwrap_or(RenderError::Cancelled),
-        wrong => RenderError::Traced(wrong),
-    };
-    let mut waves: Vec<Vec<AirRadiance>> = Vec::with_capacity(air.clear.waves.len());
-    for (number, wave) in air.clear.waves.iter().enumerate() {
-        let prepared = PreparedAir::new(wave.air.whole_medium()).map_err(failed)?;
+    let count = air.clear.waves.len();
+    let wave = |number: usize, progress: &(dyn Fn(f64) + Sync), stop: &AtomicBool| {
+        let wave = &air.clear.waves[number];
+        let prepared = PreparedAir::new(wave.air.whole_medium())?;
         let problem = AirProblem {
             air: &prepared,
             ground_albedo: wave.air.boundary.diffuse_albedo,
@@ -48,19 +42,15 @@ pub(crate) fn trace_sky(job: &Job, seed: u32, sphere: &Sphere, watch: &Watch) ->
         let effort = Effort {
             photons: MOST_PATHS,
             // Wavelengths have random numbers of their own.
-            seed: u64::from(seed) * air.clear.waves.len() as u64 + number as u64,
+            seed: u64::from(seed) * count as u64 + number as u64,
             relative_error: SHARE_OF_TOLERANCE * job.plan().tolerance,
             time_limit: None,
         };
-        let progress = |part: f64| {
-            watch.report((number as f64 + part) / air.clear.waves.len() as f64);
-            if watch.look().is_err() {
-                stop.store(true, Ordering::Release);
-            }
-        };
-        waves.push(radiance(&problem, &views, &effort, &progress, &stop).map_err(failed)?);
-    }
-    let mut traced = Traced { data: Vec::new(), standard_error: Vec::new() };
+        radiance(&problem, &views, &effort, &|part| progress((number as f64 + part) / count as f64), stop)
+    };
+    let waves: Vec<Vec<AirRadiance>> =
+        watched(watch, |progress, stop| (0..count).map(|number| wave(number, progress, stop)).collect())?;
+    let mut traced = Traced::default();
     let mut number = 0..views.len();
     for direction in &directions {
         let seen = direction.and_then(|_| number.next());

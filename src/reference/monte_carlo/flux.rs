@@ -9,7 +9,7 @@ use super::estimate::{Effort, Estimate};
 use super::path::{NEGLIGIBLE, first_depth, scattered_part};
 use super::problem::SlabProblem;
 use super::random::Random;
-use super::run::{Watch, run};
+use super::run::{FIRST_ROUND, Watch, run};
 use super::scattering::Scattering;
 
 /// Orders of scattering told apart: 0, 1, 2, and 3 with all above.
@@ -51,7 +51,7 @@ pub fn fluxes(
     let path = problem.optical_depth / problem.mu_sun;
     let direct = (-path).exp();
     let scattered = scattered_part(path);
-    let watch = Watch { stream: 0, time: effort.time_limit, progress, cancelled };
+    let watch = Watch { stream: 0, first_round: FIRST_ROUND, time: effort.time_limit, progress, cancelled };
     let sums = run(
         effort,
         &watch,

@@ -23,7 +23,7 @@ use super::estimate::{Effort, Estimate};
 use super::path::{NEGLIGIBLE, first_depth, scattered_part};
 use super::problem::SlabProblem;
 use super::random::Random;
-use super::run::{Watch, run};
+use super::run::{FIRST_ROUND, Watch, run};
 use super::scattering::Scattering;
 use crate::slab::analytic::{LOWEST_VIEW, order1_reflected, order1_transmitted};
 use crate::slab::radiance::Side;
@@ -94,6 +94,7 @@ pub fn radiance(
         let watch = Watch {
             // Stream 0 is that of the fluxes.
             stream: i as u64 + 1,
+            first_round: FIRST_ROUND,
             time: deadline.map(|end| end.saturating_duration_since(Instant::now()) / left as u32),
             progress: &|part| progress((i as f64 + part) / views.len() as f64),
             cancelled,

@@ -12,7 +12,7 @@ use super::random::Random;
 /// Experiments with one stream of random numbers.
 const CHUNK: u64 = 256;
 /// Chunks before the first look at the error; as many as so far before each further one.
-const FIRST_ROUND: u64 = 32;
+pub(super) const FIRST_ROUND: u64 = 32;
 
 /// Sums over `count` experiments of `N` outcomes each.
 #[derive(Clone, Debug)]
@@ -49,6 +49,8 @@ impl<const N: usize> Sums<N> {
 pub(super) struct Watch<'a> {
     /// Tells experiments of different runs apart.
     pub(super) stream: u64,
+    /// Chunks before the first look at the error.
+    pub(super) first_round: u64,
     /// Time left for this run.
     pub(super) time: Option<Duration>,
     /// Hears fractions 0..=1 of the photons, from any thread.
@@ -96,7 +98,7 @@ pub(super) fn run<const N: usize>(
     let mut total = Sums::new();
     let mut done = 0;
     while done < chunks {
-        let next = (done + done.max(FIRST_ROUND)).min(chunks);
+        let next = (done + done.max(watch.first_round)).min(chunks);
         let round: Vec<Option<Sums<N>>> = (done..next).into_par_iter().map(chunk).collect();
         if cancelled() {
             return Err(MonteCarloError::Cancelled);

@@ -22,14 +22,17 @@
 //! large only where every scattering is inside the peak. Branches end by Russian roulette on what they can add: their weight
 //! times the phase function between them and the sun.
 //!
-//! [`radiance`] says what is seen along rays, [`rgb_radiance`] in three colours, [`irradiance`] what falls on level
-//! surfaces, [`fluxes`] where the light of the whole domain goes. Light is in the unit of the problem's.
+//! [`radiance`] says what is seen along rays, [`irradiance`] and [`mean_irradiance`] what falls on level places and squares,
+//! [`rgb_radiance`] and [`rgb_mean_irradiance`] the same in three colours, [`fluxes`] where the light of the whole domain goes.
+//! Light is in the unit of the problem's.
 
 mod fluxes;
 mod irradiance;
 mod medium;
+mod patches;
 mod paths;
 mod problem;
+mod rays;
 mod rgb;
 mod sheet;
 mod views;
@@ -37,6 +40,7 @@ mod work;
 
 pub use fluxes::{VolumeFluxes, fluxes};
 pub use irradiance::{VolumeIrradiance, irradiance};
-pub use problem::{MAX_PARTS, Part, Shape, VolumeProblem, VolumeView};
-pub use rgb::{RgbPart, RgbVolume, rgb_radiance};
+pub use patches::{VolumeShare, mean_irradiance};
+pub use problem::{MAX_PARTS, Part, Shape, VolumePatch, VolumeProblem, VolumeView};
+pub use rgb::{RgbPart, RgbVolume, rgb_mean_irradiance, rgb_radiance};
 pub use views::{VolumeRadiance, radiance};

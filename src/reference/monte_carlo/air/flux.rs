@@ -12,7 +12,7 @@ use super::tensor::Tensor;
 use crate::reference::monte_carlo::error::MonteCarloError;
 use crate::reference::monte_carlo::estimate::Effort;
 use crate::reference::monte_carlo::random::Random;
-use crate::reference::monte_carlo::run::{Watch, run};
+use crate::reference::monte_carlo::run::{FIRST_ROUND, Watch, run};
 use crate::reference::monte_carlo::scattering::turned;
 
 /// Which way a level surface faces.
@@ -66,7 +66,7 @@ pub fn irradiance(
         }
         outcomes
     };
-    let watch = Watch { stream: 0, time: effort.time_limit, progress, cancelled };
+    let watch = Watch { stream: 0, first_round: FIRST_ROUND, time: effort.time_limit, progress, cancelled };
     let sums = run(effort, &watch, path, |sums| AirOrders::of(sums).total.within(effort.relative_error))?;
     let direct = world.sunlight(place).0 * normal.dot(problem.sun()).max(0.0);
     Ok(AirIrradiance { direct, diffuse: AirOrders::of(&sums), paths: sums.count })

@@ -14,7 +14,7 @@ use crate::atmosphere::geometry::TOP_M;
 use crate::reference::monte_carlo::error::MonteCarloError;
 use crate::reference::monte_carlo::estimate::{Effort, Estimate};
 use crate::reference::monte_carlo::random::Random;
-use crate::reference::monte_carlo::run::{Watch, run};
+use crate::reference::monte_carlo::run::{FIRST_ROUND, Watch, run};
 
 /// Steps of the ray on each side of its lowest point.
 const STEPS: usize = 1000;
@@ -61,6 +61,7 @@ pub fn radiance(
         let watch = Watch {
             // Stream 0 is that of the fluxes.
             stream: i as u64 + 1,
+            first_round: FIRST_ROUND,
             time: deadline.map(|end| end.saturating_duration_since(Instant::now()) / left as u32),
             progress: &|part| progress((i as f64 + part) / views.len() as f64),
             cancelled,

@@ -6,7 +6,7 @@ use super::problem::VolumeProblem;
 use crate::reference::monte_carlo::error::MonteCarloError;
 use crate::reference::monte_carlo::estimate::{Effort, Estimate};
 use crate::reference::monte_carlo::random::Random;
-use crate::reference::monte_carlo::run::{Watch, run};
+use crate::reference::monte_carlo::run::{FIRST_ROUND, Watch, run};
 use glam::dvec3;
 use std::f64::consts::PI;
 use std::sync::atomic::AtomicBool;
@@ -55,7 +55,7 @@ pub fn fluxes(
     let sun = world.sun_irradiance * world.sun.z.max(0.0);
     let incident = sun + PI * world.sky_radiance;
     let top_m = world.medium.top_m();
-    let watch = Watch { stream: 0, time: effort.time_limit, progress, cancelled };
+    let watch = Watch { stream: 0, first_round: FIRST_ROUND, time: effort.time_limit, progress, cancelled };
     let photon = |random: &mut Random| {
         let mut outcomes = [0.0; OUTCOMES];
         if incident <= 0.0 {
@@ -73,7 +73,7 @@ pub fn fluxes(
                 }
                 Met::Ground(at) => {
                     outcomes[if direct { ON_GROUND_DIRECT } else { ON_GROUND_DIFFUSE }] += incident;
-                    if random.uniform() >= problem.ground_albedo {
+                    if random.uniform() >= world.ground_albedo(at) {
                         outcomes[IN_GROUND] += incident;
                         return outcomes;
                     }

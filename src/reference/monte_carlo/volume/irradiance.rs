@@ -1,6 +1,6 @@
 //! Light on level surfaces.
 
-use super::paths::{Flight, OUTCOMES, TOTAL, World, from_matt_surface};
+use super::paths::World;
 use super::problem::{VolumeProblem, check_place};
 use super::work::each;
 use crate::cumulus::Line;
@@ -42,12 +42,7 @@ pub fn irradiance(
         let place = places[number];
         let depth = world.medium.depth(&Line::from(place, world.sun));
         let direct = if world.sun_irradiance > 0.0 { world.sun_irradiance * world.sun.z * (-depth).exp() } else { 0.0 };
-        let path = |random: &mut Random| {
-            let mut outcomes = [0.0; OUTCOMES];
-            let flight = Flight { place, direction: from_matt_surface(random), weight: 1.0, grounded: false };
-            world.follow(flight, &mut outcomes, random);
-            [PI * outcomes[TOTAL]]
-        };
+        let path = |random: &mut Random| [PI * world.arriving(place, random)];
         let sums = run(effort, watch, path, |sums| sums.estimate(0).within(effort.relative_error))?;
         Ok(VolumeIrradiance { direct, diffuse: sums.estimate(0), paths: sums.count })
     })

@@ -26,7 +26,8 @@ struct Cloud<'a> {
 
 #[derive(Debug)]
 enum Form<'a> {
-    Cumulus(&'a Index),
+    /// Where it would be without wind, and where the wind has carried it.
+    Cumulus(&'a Index, DVec3),
     Sheet(Sheet),
 }
 
@@ -56,7 +57,7 @@ impl<'a> Medium<'a> {
     pub(super) fn new(problem: &VolumeProblem<'a>) -> Self {
         let extent_m = problem.extent_m;
         let form = |shape: Shape<'a>| match shape {
-            Shape::Cumulus(index) => Form::Cumulus(index),
+            Shape::Cumulus { index, drift_m } => Form::Cumulus(index, drift_m.extend(0.0)),
             Shape::Layer { base_m, thickness, offset_uv } => {
                 Form::Sheet(Sheet::new(base_m, thickness, offset_uv, extent_m))
             }
@@ -66,10 +67,19 @@ impl<'a> Medium<'a> {
         Self { clouds: clouds.collect(), extent_m }
     }
 
+    /// No cloud is lower, metres.
+    pub(super) fn bottom_m(&self) -> f64 {
+        let bottom_m = |cloud: &Cloud<'_>| match &cloud.form {
+            Form::Cumulus(index, _) => index.heights_m()[0],
+            Form::Sheet(sheet) => sheet.base_m(),
+        };
+        self.clouds.iter().map(bottom_m).fold(f64::INFINITY, f64::min)
+    }
+
     /// No cloud is higher, metres.
     pub(super) fn top_m(&self) -> f64 {
         let top_m = |cloud: &Cloud<'_>| match &cloud.form {
-            Form::Cumulus(index) => index.heights_m()[1],
+            Form::Cumulus(index, _) => index.heights_m()[1],
             Form::Sheet(sheet) => sheet.top_m(),
         };
         self.clouds.iter().map(top_m).fold(0.0, f64::max)
@@ -100,7 +110,9 @@ impl<'a> Medium<'a> {
         let mut part = 1.0;
         for cloud in &self.clouds {
             part *= match &cloud.form {
-                Form::Cumulus(index) if !index.is_hard() => cloud.drawn_transmittance(index, &line, random),
+                Form::Cumulus(index, drift) if !index.is_hard() => {
+                    cloud.drawn_transmittance(index, &without(*drift, &line), random)
+                }
                 _ => (-cloud.depth(&line)).exp(),
             };
             if part <= 0.0 {
@@ -115,12 +127,16 @@ impl<'a> Medium<'a> {
         self.clouds.iter().map(|cloud| cloud.depth(line)).sum()
     }
 
-    /// Pieces of cloud on a line, in order.
-    pub(super) fn pieces(&self, line: &Line) -> Vec<Piece> {
+    /// Pieces of cloud on a line, in order; of one part `only`, or of all.
+    pub(super) fn pieces(&self, line: &Line, only: Option<usize>) -> Vec<Piece> {
         let mut parts: Vec<Vec<(f64, f64, f64)>> = Vec::new();
         let mut edges = Vec::new();
-        for cloud in &self.clouds {
+        for (number, cloud) in self.clouds.iter().enumerate() {
             let mut pieces = Vec::new();
+            if only.is_some_and(|only| only != number) {
+                parts.push(pieces);
+                continue;
+            }
             cloud.pieces(line, |from_m, to_m, extinction| {
                 pieces.push((from_m, to_m, extinction));
                 edges.extend([from_m, to_m]);
@@ -162,24 +178,27 @@ impl Cloud<'_> {
         let mut optical = random.free_path();
         let mut hit = None;
         match &self.form {
-            Form::Cumulus(index) => index.walk(line, |span| {
-                let most_per_m = self.extinction_per_m * span.most_density;
-                let mut way_m = span.from_m;
-                loop {
-                    let step_m = optical / most_per_m;
-                    if way_m + step_m >= span.to_m {
-                        // Rounding must not make it negative.
-                        optical = (optical - (span.to_m - way_m) * most_per_m).max(0.0);
-                        return ControlFlow::Continue(());
+            Form::Cumulus(index, drift) => {
+                let line = without(*drift, line);
+                index.walk(&line, |span| {
+                    let most_per_m = self.extinction_per_m * span.most_density;
+                    let mut way_m = span.from_m;
+                    loop {
+                        let step_m = optical / most_per_m;
+                        if way_m + step_m >= span.to_m {
+                            // Rounding must not make it negative.
+                            optical = (optical - (span.to_m - way_m) * most_per_m).max(0.0);
+                            return ControlFlow::Continue(());
+                        }
+                        way_m += step_m;
+                        if span.full || random.uniform() * span.most_density < index.density_at(&span, line.at(way_m)) {
+                            hit = Some(way_m);
+                            return ControlFlow::Break(());
+                        }
+                        optical = random.free_path();
                     }
-                    way_m += step_m;
-                    if span.full || random.uniform() * span.most_density < index.density_at(&span, line.at(way_m)) {
-                        hit = Some(way_m);
-                        return ControlFlow::Break(());
-                    }
-                    optical = random.free_path();
-                }
-            }),
+                });
+            }
             Form::Sheet(_) => self.pieces(line, |from_m, to_m, extinction| {
                 let depth = extinction * (to_m - from_m);
                 if optical < depth {
@@ -232,8 +251,8 @@ impl Cloud<'_> {
     fn pieces(&self, line: &Line, mut visit: impl FnMut(f64, f64, f64) -> ControlFlow<()>) {
         let extinction = self.extinction_per_m;
         match &self.form {
-            Form::Cumulus(index) => {
-                index.pieces(line, |from_m, to_m, density| visit(from_m, to_m, extinction * density))
+            Form::Cumulus(index, drift) => {
+                index.pieces(&without(*drift, line), |from_m, to_m, density| visit(from_m, to_m, extinction * density));
             }
             // Its breaks are nobody's business.
             Form::Sheet(sheet) => {
@@ -241,6 +260,11 @@ impl Cloud<'_> {
             }
         }
     }
+}
+
+/// A line as clouds meet it that the wind has carried so far: as if they had stayed.
+fn without(drift: DVec3, line: &Line) -> Line {
+    Line { origin: line.origin - drift, ..*line }
 }
 
 /// The way down to the ground, metres; infinite for lines that do not go down.

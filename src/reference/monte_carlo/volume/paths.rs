@@ -4,6 +4,7 @@ use super::medium::{Medium, Met};
 use super::problem::{Part, VolumeProblem};
 use crate::reference::monte_carlo::random::Random;
 use crate::reference::monte_carlo::scattering::{Scattering, turned};
+use crate::reference::monte_carlo::surface::Surface;
 use glam::DVec3;
 use std::f64::consts::PI;
 
@@ -30,12 +31,19 @@ pub(super) struct World<'a> {
     pub(super) medium: Medium<'a>,
     /// Of each part.
     droplets: Vec<Droplets>,
-    ground_albedo: f64,
+    ground: Ground,
     /// Unit vector towards the sun.
     pub(super) sun: DVec3,
     /// On a plane facing it; 0 if it is not above the horizon.
     pub(super) sun_irradiance: f64,
     pub(super) sky_radiance: f64,
+}
+
+/// The ground's albedo.
+#[derive(Debug)]
+enum Ground {
+    Even(f64),
+    Mapped { albedo: Surface, half_m: f64 },
 }
 
 #[derive(Debug)]
@@ -47,13 +55,23 @@ struct Droplets {
 
 /// A path on its way.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Flight {
-    pub(super) place: DVec3,
+struct Flight {
+    place: DVec3,
     /// Away from the eye.
-    pub(super) direction: DVec3,
-    pub(super) weight: f64,
+    direction: DVec3,
+    weight: f64,
     /// Whether it has been reflected by the ground.
-    pub(super) grounded: bool,
+    grounded: bool,
+}
+
+impl Ground {
+    fn new(problem: &VolumeProblem<'_>) -> Self {
+        let (map, extent_m) = (problem.ground_albedo, problem.extent_m);
+        match map.texels.as_slice() {
+            [texel] => Self::Even(texel[0]),
+            _ => Self::Mapped { albedo: Surface::new(map, [0.0; 2], extent_m), half_m: 0.5 * extent_m },
+        }
+    }
 }
 
 impl<'a> World<'a> {
@@ -67,7 +85,7 @@ impl<'a> World<'a> {
         Self {
             medium: Medium::new(problem),
             droplets: problem.parts.iter().map(droplets).collect(),
-            ground_albedo: problem.ground_albedo,
+            ground: Ground::new(problem),
             sun,
             sun_irradiance: if sun.z > 0.0 { problem.sun_irradiance } else { 0.0 },
             sky_radiance: problem.sky_radiance,
@@ -84,17 +102,38 @@ impl<'a> World<'a> {
         self.droplets[part].albedo
     }
 
+    /// Of a place on the ground.
+    pub(super) fn ground_albedo(&self, place: DVec3) -> f64 {
+        match &self.ground {
+            Ground::Even(albedo) => *albedo,
+            Ground::Mapped { albedo, half_m } => albedo.at(place.x + half_m, half_m - place.y),
+        }
+    }
+
+    /// Radiance of the ground at a place, one path's worth.
+    pub(super) fn reflected(&self, place: DVec3, random: &mut Random) -> f64 {
+        let albedo = self.ground_albedo(place);
+        if albedo <= 0.0 {
+            return 0.0;
+        }
+        let lit = self.sunlight(place, random) * self.sun.z / PI;
+        albedo * (lit + self.arriving(place, random))
+    }
+
+    /// Radiance that arrives at a level surface but for the sun's beam, in the mean weighted with the cosine; one path's worth.
+    pub(super) fn arriving(&self, place: DVec3, random: &mut Random) -> f64 {
+        let mut outcomes = [0.0; OUTCOMES];
+        let flight = Flight { place, direction: from_matt_surface(random), weight: 1.0, grounded: false };
+        self.follow_all(vec![flight], &mut outcomes, random);
+        outcomes[TOTAL]
+    }
+
     /// Irradiance of the sun that arrives, on a plane facing it.
-    fn sunlight(&self, place: DVec3, random: &mut Random) -> f64 {
+    pub(super) fn sunlight(&self, place: DVec3, random: &mut Random) -> f64 {
         if self.sun_irradiance <= 0.0 {
             return 0.0;
         }
         self.sun_irradiance * self.medium.transmittance(place, self.sun, random)
-    }
-
-    /// Light that comes along a flight, sunlight that is scattered or reflected at its end included.
-    pub(super) fn follow(&self, flight: Flight, outcomes: &mut [f64; OUTCOMES], random: &mut Random) {
-        self.follow_all(vec![flight], outcomes, random);
     }
 
     /// Light that a part scatters into a path of weight 1, without sunlight that comes straight there.
@@ -111,13 +150,14 @@ impl<'a> World<'a> {
         self.follow_all(waiting, outcomes, random);
     }
 
+    /// Light that comes along flights, sunlight that is scattered or reflected at their ends included.
     fn follow_all(&self, mut waiting: Vec<Flight>, outcomes: &mut [f64; OUTCOMES], random: &mut Random) {
         while let Some(mut flight) = waiting.pop() {
             let (sun, sky) = if flight.grounded { (SUN_GROUND, SKY_GROUND) } else { (SUN, SKY) };
             match self.medium.fly(flight.place, flight.direction, random) {
                 Met::Space => outcomes[sky] += flight.weight * self.sky_radiance,
                 Met::Ground(place) => {
-                    flight.weight *= self.ground_albedo;
+                    flight.weight *= self.ground_albedo(place);
                     if flight.weight > 0.0 {
                         let lit = self.sunlight(place, random) * self.sun.z;
                         outcomes[SUN_GROUND] += flight.weight * lit / PI;

@@ -5,7 +5,7 @@ use crate::optics::PhaseFunction;
 use crate::reference::map::Map;
 use crate::reference::monte_carlo::error::{MonteCarloError, check};
 use crate::reference::monte_carlo::problem::MAX_OPTICAL_DEPTH;
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 
 /// Most parts.
 pub const MAX_PARTS: usize = 8;
@@ -20,7 +20,12 @@ const MAX_LIGHT: f64 = 1e30;
 #[derive(Clone, Copy, Debug)]
 pub enum Shape<'a> {
     /// Cumulus. Its domain is that of the problem.
-    Cumulus(&'a Index),
+    Cumulus {
+        /// Its clouds.
+        index: &'a Index,
+        /// How far they have been carried to the east and to the north, metres.
+        drift_m: DVec2,
+    },
     /// All of `base_m < z < base_m + h(x, y)`, h the bilinear interpolation of a map that covers the domain.
     Layer {
         /// Height of its flat base above the ground, metres, 0..=1e6.
@@ -50,8 +55,8 @@ pub struct Part<'a> {
 pub struct VolumeProblem<'a> {
     /// Clouds, at most [`MAX_PARTS`]. Places are east, north and up of the ground's middle.
     pub parts: &'a [Part<'a>],
-    /// Albedo of the matt ground, 0..=1.
-    pub ground_albedo: f64,
+    /// Albedo of the matt ground in the first channel, 0..=1, bilinear; the map covers the domain.
+    pub ground_albedo: &'a Map,
     /// Side of the square domain, metres, 1e-3..=1e8.
     pub extent_m: f64,
     /// Direction to the sun: east, north, up, of any length > 0. A sun at or below the horizon gives nothing.
@@ -71,6 +76,21 @@ pub struct VolumeView {
     pub direction: DVec3,
     /// How far it reaches, metres, >= 0: light from farther on is left out. Infinite for all of it.
     pub reach_m: f64,
+    /// One part alone is seen, under the light of all; all when `None`.
+    pub only: Option<usize>,
+    /// Layers and ground are seen over a round Earth: the farther away, the lower they lie.
+    pub round: bool,
+    /// What lies behind the clouds, sky or ground, is in the light.
+    pub backed: bool,
+}
+
+/// A square that faces up.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct VolumePatch {
+    /// Its middle, metres: on the ground or above it.
+    pub middle: DVec3,
+    /// Its side, metres, >= 0.
+    pub side_m: f64,
 }
 
 impl VolumeProblem<'_> {
@@ -79,8 +99,9 @@ impl VolumeProblem<'_> {
         check("extent", self.extent_m, EXTENTS_M.0, EXTENTS_M.1)?;
         for part in self.parts {
             let height_m = match part.shape {
-                Shape::Cumulus(index) => {
+                Shape::Cumulus { index, drift_m } => {
                     check("extent of cumulus", index.extent_m(), self.extent_m, self.extent_m)?;
+                    check("drift of cumulus", drift_m.abs().max_element(), 0.0, EXTENTS_M.1)?;
                     index.heights_m()[1] - index.heights_m()[0]
                 }
                 Shape::Layer { base_m, thickness, offset_uv } => {
@@ -94,7 +115,8 @@ impl VolumeProblem<'_> {
             check("optical depth", part.extinction_per_m * height_m, 0.0, MAX_OPTICAL_DEPTH)?;
             check("albedo", part.albedo, 0.0, 1.0)?;
         }
-        check("albedo of the ground", self.ground_albedo, 0.0, 1.0)?;
+        let mut ground = self.ground_albedo.texels.iter();
+        ground.try_for_each(|texel| check("albedo of the ground", texel[0], 0.0, 1.0))?;
         check("length of the direction to the sun", self.towards_sun.length(), f64::MIN_POSITIVE, f64::MAX)?;
         check("irradiance of the sun", self.sun_irradiance, 0.0, MAX_LIGHT)?;
         check("radiance of the sky", self.sky_radiance, 0.0, MAX_LIGHT)
@@ -105,13 +127,21 @@ impl VolumeView {
     /// All light along a ray.
     #[must_use]
     pub fn new(eye: DVec3, direction: DVec3) -> Self {
-        Self { eye, direction, reach_m: f64::INFINITY }
+        Self { eye, direction, reach_m: f64::INFINITY, only: None, round: false, backed: false }
     }
 
     pub(super) fn check(&self) -> Result<(), MonteCarloError> {
         check_place(self.eye)?;
+        check("part that is seen", self.only.unwrap_or(0) as f64, 0.0, MAX_PARTS as f64 - 1.0)?;
         check("length of the direction of a view", self.direction.length(), f64::MIN_POSITIVE, f64::MAX)?;
         check("reach of a view", self.reach_m, 0.0, f64::INFINITY)
+    }
+}
+
+impl VolumePatch {
+    pub(super) fn check(&self) -> Result<(), MonteCarloError> {
+        check_place(self.middle)?;
+        check("side of a patch", self.side_m, 0.0, EXTENTS_M.1)
     }
 }
 

@@ -42,6 +42,10 @@ impl Sheet {
         }
     }
 
+    pub(super) fn base_m(&self) -> f64 {
+        self.base_m
+    }
+
     pub(super) fn top_m(&self) -> f64 {
         self.base_m + self.most_m
     }

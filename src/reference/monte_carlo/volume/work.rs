@@ -7,6 +7,9 @@ use rayon::prelude::*;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::time::Instant;
 
+/// Chunks of a run before the first look at its error: there are many runs, and some of them know enough soon.
+const FIRST_ROUND: u64 = 2;
+
 /// Results of `work` for each of `count` numbers, on all cores. Each has random numbers of its own and its share of the time
 /// limit, so that none depends on the number of threads. `progress` hears fractions 0..=1, from any thread.
 pub(super) fn each<T: Send>(
@@ -28,11 +31,11 @@ pub(super) fn each<T: Send>(
         let watch = Watch {
             // Stream 0 is that of the fluxes.
             stream: number as u64 + 1,
+            first_round: FIRST_ROUND,
             time: deadline.map(share),
+            // Those who wait are asked often, even where one run takes long.
             progress: &|part| {
-                if count == 1 {
-                    progress(part);
-                }
+                progress(if count == 1 { part } else { done.load(Ordering::Relaxed) as f64 / count as f64 })
             },
             cancelled,
         };
