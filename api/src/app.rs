@@ -3,14 +3,16 @@
 use std::fmt;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
-use std::time::{Duration, SystemTime, UNIX_EPOCH};
+use std::time::{SystemTime, UNIX_EPOCH};
 
 use skyloom::scene::Scene;
 use skyloom::store::{Folder, Store, StoreError};
 use skyloom::tables::{MixTables, TableError, TableLibrary};
 use tokio::sync::{OwnedSemaphorePermit, Semaphore, SemaphorePermit, watch};
 
+use crate::budget::Budget;
 use crate::config::Config;
+use crate::connections::Connections;
 use crate::images::ImageStore;
 use crate::problem::ApiError;
 use crate::render_queue::{Factory, RenderQueue};
@@ -21,8 +23,6 @@ use crate::skies::SkyStore;
 
 /// Images taken in or decoded at a time: each may need a few hundred megabytes.
 const IMAGE_WORK: usize = 2;
-/// Images received at a time: each may hold a body of the largest size.
-const UPLOADS: usize = 16;
 /// Tables made at a time: each uses all cores, and up to a gigabyte for the finest.
 const TABLE_WORK: usize = 2;
 
@@ -42,8 +42,11 @@ pub struct App {
     pub replies: Replies,
     /// Tables being made or loaded.
     pub tables: SingleFlight<Result<Arc<MixTables>, TableError>>,
+    /// Memory for bodies of requests.
+    pub uploads: Arc<Budget>,
+    /// The connections that are open.
+    pub connections: Arc<Connections>,
     image_work: Semaphore,
-    uploads: Semaphore,
     table_work: Semaphore,
     streams: Arc<Semaphore>,
     stopping: watch::Sender<bool>,
@@ -109,7 +112,8 @@ impl App {
             replies: Replies::new(cache.memory_bytes),
             tables: SingleFlight::default(),
             image_work: Semaphore::new(IMAGE_WORK),
-            uploads: Semaphore::new(UPLOADS),
+            uploads: Arc::new(Budget::new(limits.upload_memory_bytes)),
+            connections: Arc::default(),
             table_work: Semaphore::new(TABLE_WORK),
             streams: Arc::new(Semaphore::new(limits.streams)),
             stopping: watch::Sender::new(false),
@@ -132,11 +136,6 @@ impl App {
     /// Waits for leave to decode an image.
     pub async fn image_work(&self) -> Result<SemaphorePermit<'_>, ApiError> {
         self.image_work.acquire().await.map_err(|error| ApiError::Internal(error.to_string()))
-    }
-
-    /// Waits for leave to take in an image.
-    pub async fn upload(&self) -> Result<SemaphorePermit<'_>, ApiError> {
-        self.uploads.acquire().await.map_err(|error| ApiError::Internal(error.to_string()))
     }
 
     /// Waits for leave to make tables.
@@ -179,10 +178,5 @@ impl App {
     /// A name for a request in the log and in problem documents: unlike any other, also over restarts.
     pub fn request_id(&self) -> String {
         format!("{:x}-{:x}", self.started, self.requests.fetch_add(1, Ordering::Relaxed))
-    }
-
-    /// How long a body may take.
-    pub fn body_timeout(&self) -> Duration {
-        Duration::from_secs(self.config.server.body_timeout_s)
     }
 }

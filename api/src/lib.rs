@@ -1,11 +1,15 @@
 //! HTTP service and command line of skyloom: registers skies and images, renders their textures on one thread that owns
 //! the graphics device, and answers with replies that may be cached for ever.
 
+pub mod accept;
 pub mod ambient;
 pub mod app;
 pub mod body;
+pub mod budget;
 pub mod cli;
+pub mod client;
 pub mod config;
+pub mod connections;
 pub mod files;
 pub mod frames;
 pub mod images;
@@ -22,3 +26,4 @@ pub mod sun;
 pub mod textures;
 pub mod version;
 pub mod viewer;
+pub mod watched;

@@ -83,7 +83,7 @@ kinds! {
     NO_TEXTURE = "unknown-texture", NOT_FOUND, "No such texture",
         "A texture's address is /v1/skies/{id}/{texture}.{format}; the links of GET /v1/skies/{id} list them.";
     METHOD = "method-not-allowed", METHOD_NOT_ALLOWED, "Method not allowed", "The header Allow lists the methods of this address.";
-    SLOW_BODY = "slow-body", REQUEST_TIMEOUT, "The body took too long", "Send the body faster, or raise server.body_timeout_s.";
+    SLOW_BODY = "slow-body", REQUEST_TIMEOUT, "The body took too long", "Send the body faster: server.least_rate, server.stall_timeout_s and server.body_timeout_s say how fast.";
     TOO_LARGE = "too-large", PAYLOAD_TOO_LARGE, "Too large", "GET /v1/limits shows the limits; they are set in skyloom.toml.";
     MEDIA_TYPE = "unsupported-media-type", UNSUPPORTED_MEDIA_TYPE, "Unsupported media type",
         "Scenes are application/json; images are PNG or OpenEXR, sent as image/png, image/x-exr or application/octet-stream.";
@@ -100,6 +100,8 @@ kinds! {
     NOT_READY = "not-ready", SERVICE_UNAVAILABLE, "Not ready to render",
         "No graphics device is available at the moment; the detail says why. Everything but textures works; retry after the time in Retry-After.";
     BUSY = "busy", SERVICE_UNAVAILABLE, "Busy", "Too many renders are waiting. Retry after the time in Retry-After.";
+    CROWDED = "crowded", SERVICE_UNAVAILABLE, "Too much at once",
+        "The memory for what is being sent is taken: by other clients, or by other requests of this one, which may have half of it. Retry after the time in Retry-After.";
     STREAMS = "too-many-streams", SERVICE_UNAVAILABLE, "Too many streams",
         "As many streams of frames are open as limits.streams allows. Retry after the time in Retry-After, or ask for the textures by time.";
     DEADLINE = "deadline", GATEWAY_TIMEOUT, "The render took too long",
@@ -143,6 +145,8 @@ pub enum ApiError {
     NotReady(String),
     /// Queue full.
     Busy,
+    /// No memory free for what is sent to or fro.
+    Crowded,
     /// Streams of events all taken; how many there are.
     TooManyStreams(usize),
     /// Render not finished in time.
@@ -168,6 +172,7 @@ impl ApiError {
             Self::Internal(_) => &INTERNAL,
             Self::NotReady(_) => &NOT_READY,
             Self::Busy => &BUSY,
+            Self::Crowded => &CROWDED,
             Self::TooManyStreams(_) => &STREAMS,
             Self::Deadline => &DEADLINE,
             Self::StoreFull(_) => &STORE_FULL,
@@ -178,6 +183,7 @@ impl ApiError {
         match self {
             Self::NotReady(_) => Some(30),
             Self::Busy => Some(2),
+            Self::Crowded => Some(10),
             Self::TooManyStreams(_) => Some(10),
             _ => None,
         }
@@ -208,6 +214,7 @@ impl ApiError {
             Self::SlowBody => SLOW_BODY.advice.to_owned(),
             Self::Internal(_) => INTERNAL.advice.to_owned(),
             Self::Busy => BUSY.advice.to_owned(),
+            Self::Crowded => CROWDED.advice.to_owned(),
             Self::TooManyStreams(most) => format!("{most} streams are open, the most allowed"),
             Self::Deadline => DEADLINE.advice.to_owned(),
         };

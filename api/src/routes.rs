@@ -39,10 +39,23 @@ pub fn router(app: Arc<App>) -> Router {
         .route("/v1/images", post(store_image))
         .route("/v1/presets", get(list_presets))
         .route("/v1/limits", get(show_limits))
+        .route("/health", get(live))
         .route("/health/live", get(live))
         .route("/health/ready", get(ready))
         .route("/problems/{slug}", get(explain))
         .merge(viewer::routes())
+        .layer(DefaultBodyLimit::disable())
+        .layer(CatchPanicLayer::new())
+        .layer(from_fn_with_state(Arc::clone(&app), around))
+        .with_state(app)
+}
+
+/// What the listener for probes leads to.
+pub fn admin(app: Arc<App>) -> Router {
+    Router::new()
+        .route("/health", get(live))
+        .route("/health/live", get(live))
+        .route("/health/ready", get(ready))
         .layer(DefaultBodyLimit::disable())
         .layer(CatchPanicLayer::new())
         .layer(from_fn_with_state(Arc::clone(&app), around))
@@ -63,7 +76,7 @@ async fn around(State(app): State<Arc<App>>, request: Request, next: Next) -> Re
         headers.insert(REQUEST_ID, value);
     }
     let (status, ms) = (response.status().as_u16(), (start.elapsed().as_secs_f64() * 1e5).round() / 100.0);
-    if path.starts_with("/health/") {
+    if path.starts_with("/health") {
         tracing::debug!(id, %method, path, status, ms, "answered");
     } else {
         tracing::info!(id, %method, path, status, ms, "answered");
@@ -82,8 +95,8 @@ async fn register_sky(State(app): State<Arc<App>>, request: Request) -> Result<R
             "a scene is application/json (curl --json @scene.json), not {media_type}"
         )));
     }
-    let bytes = body::read(&parts.headers, body, app.config.limits.scene_bytes, app.body_timeout()).await?;
-    let scene = Arc::new(blocking(move || Ok(Scene::from_json(&bytes)?)).await?);
+    let taken = body::read(&app, &parts, body, app.config.limits.scene_bytes).await?;
+    let scene = Arc::new(blocking(move || Ok(Scene::from_json(&taken.bytes)?)).await?);
     missing_images(&app, &scene).await?;
     let images = textures::images(&app, &scene).await?;
     blocking(move || {
@@ -169,11 +182,10 @@ async fn store_image(State(app): State<Arc<App>>, request: Request) -> Result<Re
         return Err(ApiError::MediaType(format!("Content-Type must be one of {wanted}, not {media_type:?}")));
     }
     // A body in hand before its turn to be decoded: clients that send slowly must not keep others from their images.
-    let _upload = app.upload().await?;
-    let bytes = body::read(&parts.headers, body, app.config.limits.image_bytes, app.body_timeout()).await?;
+    let taken = body::read(&app, &parts, body, app.config.limits.image_bytes).await?;
     let _permit = app.image_work().await?;
     let app = Arc::clone(&app);
-    let stored = blocking(move || app.images.insert(&bytes)).await?;
+    let stored = blocking(move || app.images.insert(&taken.bytes)).await?;
     let status = if stored.is_new { StatusCode::CREATED } else { StatusCode::OK };
     let answer = json!({ "sha256": stored.sha256, "width": stored.width, "height": stored.height });
     Ok((status, [(header::CACHE_CONTROL, "no-store")], Json(answer)).into_response())

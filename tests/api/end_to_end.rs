@@ -5,6 +5,7 @@
 mod bad_input;
 mod caching;
 mod command_line;
+mod crowds;
 mod damage;
 mod frames;
 mod harness;

@@ -137,6 +137,8 @@ fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
 pub(crate) struct Server {
     child: Child,
     address: String,
+    /// Where probes are answered, if they have a listener of their own.
+    probes: Option<String>,
     agent: Agent,
     log: Arc<Mutex<Log>>,
     /// Reads the log to its end.
@@ -163,11 +165,17 @@ impl Server {
                 lock(&heard).hear(line);
             }
         });
-        let mut line = String::new();
-        BufReader::new(child.stdout.take().unwrap()).read_line(&mut line).unwrap();
+        let (mut line, mut probes) = (String::new(), String::new());
+        let mut stdout = BufReader::new(child.stdout.take().unwrap());
+        stdout.read_line(&mut line).unwrap();
+        // What follows comes with it.
+        if !stdout.buffer().is_empty() {
+            stdout.read_line(&mut probes).unwrap();
+        }
+        let probes = probes.trim_end().strip_prefix("probes on ").map(str::to_owned);
         let address = line.trim_end().strip_prefix("listening on ").unwrap_or_else(|| panic!("stdout: {line:?}"));
         let config = Agent::config_builder().http_status_as_error(false).timeout_global(Some(PATIENCE)).build();
-        Self { child, address: address.to_owned(), agent: config.into(), log, listener: Some(listener) }
+        Self { child, address: address.to_owned(), probes, agent: config.into(), log, listener: Some(listener) }
     }
 
     /// Says that the log will have warnings or errors with this text.
@@ -205,6 +213,21 @@ impl Server {
         let mut response = response.unwrap_or_else(|error| panic!("{method} {path}: {error}"));
         let body = response.body_mut().with_config().limit(1 << 30).read_to_vec().unwrap();
         Answer { status: response.status().as_u16(), headers: response.headers().clone(), body }
+    }
+
+    /// Asks at the listener for probes.
+    pub(crate) fn probe(&self, path: &str) -> Answer {
+        let address = self.probes.as_ref().unwrap();
+        let mut response = self.agent.get(format!("{address}{path}")).call().unwrap();
+        let body = response.body_mut().read_to_vec().unwrap();
+        Answer { status: response.status().as_u16(), headers: response.headers().clone(), body }
+    }
+
+    /// Starts a server with settings of its own.
+    pub(crate) fn with_settings(data: &Path, settings: &str) -> Self {
+        let file = data.join("skyloom.toml");
+        std::fs::write(&file, settings).unwrap();
+        Self::start(&data.join("data"), &["--config", file.to_str().unwrap()], &[])
     }
 
     /// Host and port, for a client that does not keep to HTTP.
