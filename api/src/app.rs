@@ -7,12 +7,13 @@ use std::time::{SystemTime, UNIX_EPOCH};
 
 use skyloom::scene::Scene;
 use skyloom::store::{Folder, Store, StoreError};
-use skyloom::tables::{MixTables, TableError, TableLibrary};
-use tokio::sync::{OwnedSemaphorePermit, Semaphore, SemaphorePermit, watch};
+use skyloom::tables::TableLibrary;
+use tokio::sync::{OwnedSemaphorePermit, Semaphore, watch};
 
 use crate::budget::Budget;
 use crate::config::Config;
 use crate::connections::Connections;
+use crate::gate::Gate;
 use crate::images::ImageStore;
 use crate::problem::ApiError;
 use crate::render_queue::{Factory, RenderQueue};
@@ -40,14 +41,16 @@ pub struct App {
     pub queue: RenderQueue,
     /// Encoded replies by entity tag.
     pub replies: Replies,
-    /// Tables being made or loaded.
-    pub tables: SingleFlight<Result<Arc<MixTables>, TableError>>,
+    /// Tables being made.
+    pub tables: SingleFlight<Result<(), ApiError>>,
+    /// Leave to make tables.
+    pub table_work: Arc<Gate>,
+    /// Leave to decode images.
+    pub image_work: Arc<Gate>,
     /// Memory for bodies of requests.
     pub uploads: Arc<Budget>,
     /// The connections that are open.
     pub connections: Arc<Connections>,
-    image_work: Semaphore,
-    table_work: Semaphore,
     streams: Arc<Semaphore>,
     stopping: watch::Sender<bool>,
     draining: AtomicBool,
@@ -111,10 +114,10 @@ impl App {
             queue: RenderQueue::start(factory, config.queue.depth).map_err(OpenError::Thread)?,
             replies: Replies::new(cache.memory_bytes),
             tables: SingleFlight::default(),
-            image_work: Semaphore::new(IMAGE_WORK),
+            image_work: Gate::new(IMAGE_WORK),
             uploads: Arc::new(Budget::new(limits.upload_memory_bytes)),
             connections: Arc::default(),
-            table_work: Semaphore::new(TABLE_WORK),
+            table_work: Gate::new(TABLE_WORK),
             streams: Arc::new(Semaphore::new(limits.streams)),
             stopping: watch::Sender::new(false),
             draining: AtomicBool::new(false),
@@ -131,16 +134,6 @@ impl App {
         }
         let (app, id) = (Arc::clone(self), id.to_owned());
         blocking(move || app.skies.get(&id)).await
-    }
-
-    /// Waits for leave to decode an image.
-    pub async fn image_work(&self) -> Result<SemaphorePermit<'_>, ApiError> {
-        self.image_work.acquire().await.map_err(|error| ApiError::Internal(error.to_string()))
-    }
-
-    /// Waits for leave to make tables.
-    pub async fn table_work(&self) -> Result<SemaphorePermit<'_>, ApiError> {
-        self.table_work.acquire().await.map_err(|error| ApiError::Internal(error.to_string()))
     }
 
     /// A place for a stream of events; it is given back when dropped.

@@ -1,7 +1,11 @@
 //! Who asks, as far as sharing goes: what one client takes is not to be missed by the others.
 
+use std::convert::Infallible;
 use std::fmt;
 use std::net::{IpAddr, Ipv6Addr};
+
+use axum::extract::FromRequestParts;
+use axum::http::request::Parts;
 
 /// Part of an address of version 6 that one client has: the rest it picks itself.
 const NETWORK_BITS: u32 = 64;
@@ -17,6 +21,14 @@ impl Client {
     /// Of a connection from this address.
     pub fn of(address: IpAddr) -> Self {
         Self::Address(network(address))
+    }
+}
+
+impl<S: Sync> FromRequestParts<S> for Client {
+    type Rejection = Infallible;
+
+    async fn from_request_parts(parts: &mut Parts, _: &S) -> Result<Self, Infallible> {
+        Ok(parts.extensions.get().cloned().unwrap_or_default())
     }
 }
 

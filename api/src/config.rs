@@ -47,6 +47,8 @@ pub enum ConfigError {
     Remote(Listen),
     /// A number outside what works: its key, itself, what is allowed.
     Range(&'static str, u64, RangeInclusive<u64>),
+    /// A tolerance that is none.
+    Tolerance(f64),
     /// Streams would keep all other requests out.
     Streams {
         /// `limits.streams`.
@@ -69,6 +71,7 @@ impl fmt::Display for ConfigError {
             Self::Range(key, value, allowed) => {
                 write!(out, "{key} = {value}: allowed are {} to {}", allowed.start(), allowed.end())
             }
+            Self::Tolerance(value) => write!(out, "limits.least_tolerance = {value}: allowed are 0 to 1"),
             Self::Streams { streams, connections } => write!(
                 out,
                 "limits.streams = {streams}: must be below server.connections = {connections}, or streams would keep all \
@@ -101,6 +104,9 @@ impl Config {
             if !allowed.contains(&value) {
                 return Err(ConfigError::Range(key, value, allowed));
             }
+        }
+        if !(0.0..=1.0).contains(&self.limits.least_tolerance) {
+            return Err(ConfigError::Tolerance(self.limits.least_tolerance));
         }
         if self.limits.streams >= server.connections {
             return Err(ConfigError::Streams { streams: self.limits.streams, connections: server.connections });

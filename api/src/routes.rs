@@ -13,10 +13,10 @@ use axum::{Json, Router};
 use serde_json::{Value, json};
 use skyloom::request::TextureKind;
 use skyloom::scene::{FieldError, Scene};
-use skyloom::tables::TableLibrary;
 use tower_http::catch_panic::CatchPanicLayer;
 
 use crate::app::{App, blocking};
+use crate::client::Client;
 use crate::config::Config;
 use crate::images::MEDIA_TYPES;
 use crate::problem::{self, ApiError, KINDS, field_problems};
@@ -84,7 +84,7 @@ async fn around(State(app): State<Arc<App>>, request: Request, next: Next) -> Re
     response
 }
 
-async fn register_sky(State(app): State<Arc<App>>, request: Request) -> Result<Response, ApiError> {
+async fn register_sky(State(app): State<Arc<App>>, client: Client, request: Request) -> Result<Response, ApiError> {
     let (parts, body) = request.into_parts();
     let media_type = body::media_type(&parts.headers);
     // The form type is what curl -d and many libraries send when nobody says otherwise; what is inside is parsed as JSON
@@ -97,8 +97,8 @@ async fn register_sky(State(app): State<Arc<App>>, request: Request) -> Result<R
     }
     let taken = body::read(&app, &parts, body, app.config.limits.scene_bytes).await?;
     let scene = Arc::new(blocking(move || Ok(Scene::from_json(&taken.bytes)?)).await?);
-    missing_images(&app, &scene).await?;
-    let images = textures::images(&app, &scene).await?;
+    missing_images(&app, &scene, &client).await?;
+    let images = textures::images(&app, &scene, &client).await?;
     blocking(move || {
         let found = scene.check_images(&images);
         if !found.errors.is_empty() {
@@ -115,13 +115,13 @@ async fn register_sky(State(app): State<Arc<App>>, request: Request) -> Result<R
 }
 
 /// Refuses a scene whose images are absent or damaged: what is in memory says nothing about the store.
-async fn missing_images(app: &Arc<App>, scene: &Scene) -> Result<(), ApiError> {
+async fn missing_images(app: &Arc<App>, scene: &Scene, client: &Client) -> Result<(), ApiError> {
     let references = scene.image_references();
     if references.is_empty() {
         return Ok(());
     }
     // Whether they are whole is seen by reading them.
-    let _permit = app.image_work().await?;
+    let _pass = app.image_work.enter(client, "an image").await;
     let app = Arc::clone(app);
     let missing = blocking(move || app.images.missing(&references)).await?;
     if missing.is_empty() { Ok(()) } else { Err(ApiError::InvalidScene(missing)) }
@@ -131,7 +131,7 @@ async fn show_sky(State(app): State<Arc<App>>, Path(id): Path<String>) -> Result
     let scene = app.sky(&id).await?;
     let mut answer = describe(&id, &scene, scene.notes());
     if let Some(answer) = answer.as_object_mut() {
-        answer.insert("tables".to_owned(), table_state(&app.library, &scene));
+        answer.insert("tables".to_owned(), table_state(&app, &id, &scene));
     }
     Ok(([(header::CACHE_CONTROL, "no-cache")], Json(answer)).into_response())
 }
@@ -158,10 +158,14 @@ fn describe(id: &str, scene: &Scene, notes: Vec<FieldError>) -> Value {
     })
 }
 
-fn table_state(library: &TableLibrary, scene: &Scene) -> Value {
+/// How far the tables of a sky are; while they wait for their turn, the place in line.
+fn table_state(app: &App, id: &str, scene: &Scene) -> Value {
+    let (library, place) = (&app.library, app.table_work.place(id));
     let mixes = scene.mixes();
     let progress: Vec<_> = mixes.iter().map(|mix| (library.ready(mix), library.progress(mix))).collect();
-    let state = if progress.iter().any(|(_, building)| building.is_some()) {
+    let state = if place.is_some() {
+        "waiting"
+    } else if progress.iter().any(|(_, building)| building.is_some()) {
         "building"
     } else if progress.iter().all(|(ready, _)| *ready) {
         "ready"
@@ -171,10 +175,14 @@ fn table_state(library: &TableLibrary, scene: &Scene) -> Value {
     let part = |(ready, part): &(bool, Option<f64>)| part.unwrap_or(if *ready { 1.0 } else { 0.0 });
     let done: f64 = progress.iter().map(part).sum();
     let count = if mixes.is_empty() { 1.0 } else { mixes.len() as f64 };
-    json!({ "state": state, "progress": if mixes.is_empty() { 1.0 } else { done / count } })
+    let mut told = json!({ "state": state, "progress": if mixes.is_empty() { 1.0 } else { done / count } });
+    if let Some(place) = place {
+        told["place"] = json!(place);
+    }
+    told
 }
 
-async fn store_image(State(app): State<Arc<App>>, request: Request) -> Result<Response, ApiError> {
+async fn store_image(State(app): State<Arc<App>>, client: Client, request: Request) -> Result<Response, ApiError> {
     let (parts, body) = request.into_parts();
     let media_type = body::media_type(&parts.headers);
     if !MEDIA_TYPES.contains(&media_type.as_str()) {
@@ -183,7 +191,7 @@ async fn store_image(State(app): State<Arc<App>>, request: Request) -> Result<Re
     }
     // A body in hand before its turn to be decoded: clients that send slowly must not keep others from their images.
     let taken = body::read(&app, &parts, body, app.config.limits.image_bytes).await?;
-    let _permit = app.image_work().await?;
+    let _pass = app.image_work.enter(&client, "an image").await;
     let app = Arc::clone(&app);
     let stored = blocking(move || app.images.insert(&taken.bytes)).await?;
     let status = if stored.is_new { StatusCode::CREATED } else { StatusCode::OK };

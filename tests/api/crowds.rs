@@ -4,7 +4,9 @@ use std::io::{Read as _, Write as _};
 use std::net::TcpStream;
 use std::time::{Duration, Instant};
 
-use crate::harness::{Server, eventually};
+use serde_json::json;
+
+use crate::harness::{Server, eventually, scene};
 use crate::images::ramp;
 
 /// What an idle server answers in milliseconds takes no longer than this beside a crowd: a client that is waited for gives way
@@ -124,4 +126,46 @@ fn a_file_that_its_decoder_did_not_expect_is_unreadable_like_any_other() {
         eprintln!("palette of {length} bytes, colour {colour}: {}", answer.status);
     }
     server.goes_on();
+}
+
+#[test]
+fn tables_in_the_making_hold_nobody_up_who_has_his_and_those_of_clients_that_left_are_given_up() {
+    let data = tempfile::tempdir().unwrap();
+    let server = Server::with_settings(data.path(), "[limits]\nleast_tolerance = 0.001\n");
+    let ready = server.sky(&scene());
+    assert_eq!(server.get(&format!("{ready}/cloud.f32?size=4&tolerance=0.1")).status, 200);
+    server.get(&format!("{ready}/cloud.f32?size=4&tolerance=0.0009")).names(422, "tolerance");
+    // Large droplets take longest: far longer than all of this.
+    let slow: Vec<String> = (0..8)
+        .map(|number| {
+            let mut own = scene();
+            let droplets =
+                json!({ "effective_radius_um": 49.0 + 0.1 * f64::from(number), "broadness": 2, "number_per_cm3": 1 });
+            own["layers"][0]["droplets"] = droplets;
+            server.sky(&own)
+        })
+        .collect();
+    let leaves: Vec<_> = slow
+        .iter()
+        .map(|sky| {
+            let mut stream = TcpStream::connect(server.host()).unwrap();
+            let head = format!("GET {sky}/cloud.f32?size=4&tolerance=0.001 HTTP/1.1\r\nHost: localhost\r\n\r\n");
+            stream.write_all(head.as_bytes()).unwrap();
+            stream
+        })
+        .collect();
+    let tables = |sky: &String| server.get(sky).json()["tables"].clone();
+    eventually("a line", || {
+        let places: Vec<_> = slow.iter().filter_map(|sky| tables(sky)["place"].as_u64()).collect();
+        (places.len() == 6 && places.contains(&1) && places.contains(&6)).then_some(())
+    });
+    soon("a texture whose tables are there", || {
+        assert_eq!(server.get(&format!("{ready}/cloud.f32?size=5&tolerance=0.1")).status, 200);
+    });
+    assert!(slow.iter().any(|sky| tables(sky)["state"] == "waiting"));
+    drop(leaves);
+    let start = Instant::now();
+    eventually("all to be given up", || slow.iter().all(|sky| tables(sky)["state"] == "new").then_some(()));
+    eprintln!("given up after {} ms", start.elapsed().as_millis());
+    assert!(start.elapsed() < 2 * SOON, "{:?}", start.elapsed());
 }

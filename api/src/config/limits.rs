@@ -19,6 +19,8 @@ pub struct Limits {
     pub image_texels: u64,
     /// Texels a side of a texture.
     pub max_side: u32,
+    /// Smallest tolerance that a query may ask for: smaller ones take larger tables.
+    pub least_tolerance: f64,
     /// Registered skies.
     pub skies: usize,
     /// Bytes of all registered skies together.
@@ -67,6 +69,7 @@ impl Default for Limits {
             image_side: 8192,
             image_texels: 4096 * 4096,
             max_side: 4096,
+            least_tolerance: 0.0,
             skies: 10_000,
             sky_store_bytes: 4 << 30,
             image_store_bytes: 4 << 30,
