@@ -86,7 +86,7 @@ impl Door {
             };
             drop(waits);
             match place {
-                Some(place) => serve(stream, peer.ip(), place, router, watcher).await,
+                Some(place) => serve(app, stream, peer.ip(), place, router, watcher).await,
                 None => refuse(&stream, &connections),
             }
         });
@@ -101,7 +101,7 @@ fn refuse(stream: &TcpStream, connections: &Connections) {
 }
 
 /// Serves one connection.
-async fn serve(stream: TcpStream, address: IpAddr, place: Place, router: Router, watcher: Watcher) {
+async fn serve(app: Arc<App>, stream: TcpStream, address: IpAddr, place: Place, router: Router, watcher: Watcher) {
     if let Err(error) = stream.set_nodelay(true) {
         tracing::debug!(%error, "set_nodelay");
     }
@@ -111,7 +111,8 @@ async fn serve(stream: TcpStream, address: IpAddr, place: Place, router: Router,
     let service = service_fn(move |request: Request<Incoming>| {
         connection.request();
         let mut request = request.map(Body::new);
-        request.extensions_mut().insert(Client::of(address));
+        let client = Client::behind(address, request.headers(), &app.config.server.proxies);
+        request.extensions_mut().insert(client);
         request.extensions_mut().insert(Arc::clone(&connection));
         let (answer, connection) = (router.call(request), Arc::clone(&connection));
         async move { Ok::<_, std::convert::Infallible>(answer.await?.map(|body| Reply::new(body, connection))) }

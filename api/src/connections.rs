@@ -234,7 +234,8 @@ impl Connections {
         let now = Instant::now();
         let mut open = lock(&self.open);
         let own = open.places.values().filter(|(other, _)| *other == address).count();
-        if own >= settings.connections_per_client && !self.counted(open.give_way(Some(address), now)) {
+        let is_proxy = settings.proxies.iter().any(|proxy| proxy.contains(address));
+        if !is_proxy && own >= settings.connections_per_client && !self.counted(open.give_way(Some(address), now)) {
             return None;
         }
         if open.places.len() >= settings.connections && !self.counted(open.give_way(None, now)) {

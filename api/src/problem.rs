@@ -99,7 +99,7 @@ kinds! {
         "A defect of the server. Its log has the cause under the request's name, which is the problem's `instance`.";
     NOT_READY = "not-ready", SERVICE_UNAVAILABLE, "Not ready to render",
         "No graphics device is available at the moment; the detail says why. Everything but textures works; retry after the time in Retry-After.";
-    BUSY = "busy", SERVICE_UNAVAILABLE, "Busy", "Too many renders are waiting. Retry after the time in Retry-After.";
+    BUSY = "busy", SERVICE_UNAVAILABLE, "Busy", "Too many renders are waiting, or too many of this client's while others ask too. Retry after the time in Retry-After, which is what those that wait are expected to take.";
     CROWDED = "crowded", SERVICE_UNAVAILABLE, "Too much at once",
         "The memory for what is being sent is taken: by other clients, or by other requests of this one, which may have half of it. Retry after the time in Retry-After.";
     STREAMS = "too-many-streams", SERVICE_UNAVAILABLE, "Too many streams",
@@ -143,8 +143,8 @@ pub enum ApiError {
     Internal(String),
     /// No graphics device; the reason.
     NotReady(String),
-    /// Queue full.
-    Busy,
+    /// Queue full; seconds until it will not be.
+    Busy(u32),
     /// No memory free for what is sent to or fro.
     Crowded,
     /// Streams of events all taken; how many there are.
@@ -171,7 +171,7 @@ impl ApiError {
             Self::InvalidQuery(_) => &INVALID_QUERY,
             Self::Internal(_) => &INTERNAL,
             Self::NotReady(_) => &NOT_READY,
-            Self::Busy => &BUSY,
+            Self::Busy(_) => &BUSY,
             Self::Crowded => &CROWDED,
             Self::TooManyStreams(_) => &STREAMS,
             Self::Deadline => &DEADLINE,
@@ -182,7 +182,7 @@ impl ApiError {
     fn retry_after_s(&self) -> Option<u32> {
         match self {
             Self::NotReady(_) => Some(30),
-            Self::Busy => Some(2),
+            Self::Busy(seconds) => Some(*seconds),
             Self::Crowded => Some(10),
             Self::TooManyStreams(_) => Some(10),
             _ => None,
@@ -213,7 +213,7 @@ impl ApiError {
             Self::NoRoute => NO_ROUTE.advice.to_owned(),
             Self::SlowBody => SLOW_BODY.advice.to_owned(),
             Self::Internal(_) => INTERNAL.advice.to_owned(),
-            Self::Busy => BUSY.advice.to_owned(),
+            Self::Busy(_) => BUSY.advice.to_owned(),
             Self::Crowded => CROWDED.advice.to_owned(),
             Self::TooManyStreams(most) => format!("{most} streams are open, the most allowed"),
             Self::Deadline => DEADLINE.advice.to_owned(),

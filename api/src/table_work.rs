@@ -16,6 +16,7 @@ use crate::app::{App, blocking};
 use crate::client::Client;
 use crate::problem::{ApiError, FieldProblem};
 use crate::render_queue::failure;
+use crate::single_flight::raised;
 
 /// How often the log tells how far tables are.
 const TELL_EVERY: Duration = Duration::from_secs(2);
@@ -124,13 +125,6 @@ async fn make(
         }
     })
     .await
-}
-
-/// Waits until a flag is raised.
-pub async fn raised(flag: &AtomicBool) {
-    while !flag.load(Ordering::Relaxed) {
-        tokio::time::sleep(Duration::from_millis(50)).await;
-    }
 }
 
 /// Whose fault it is that there is no job: droplets that cannot be computed are the scene's.

@@ -27,6 +27,7 @@ use crate::config::Limits;
 use crate::problem::{ApiError, FieldProblem, field_problems};
 use crate::render_queue::{Adapter, Failure, failure};
 use crate::replies::{Given, Reply, Stopped};
+use crate::single_flight::raised;
 use crate::table_work;
 use crate::version::{self, Caching};
 
@@ -197,7 +198,7 @@ impl From<Failure> for ApiError {
     fn from(failure: Failure) -> Self {
         match failure {
             Failure::NotReady(reason) => Self::NotReady(reason),
-            Failure::Full => Self::Busy,
+            Failure::Full(seconds) => Self::Busy(seconds),
             Failure::Deadline => Self::Deadline,
             // Pointers lead into the scene, parameters have names.
             Failure::Invalid(errors) if errors.iter().all(|error| error.pointer.starts_with('/')) => {
@@ -224,10 +225,10 @@ async fn make(
     let media_type = request.format().media_type();
     let job = tokio::select! {
         job = table_work::job(&app, &scene, request, &images, &client) => job?,
-        () = table_work::raised(&cancelled) => return Err(Stopped::Cancelled),
+        () = raised(&cancelled) => return Err(Stopped::Cancelled),
     };
     let deadline = Instant::now() + app.config.queue.timeout();
-    let held = match app.queue.render(Arc::new(job), deadline, cancelled).await {
+    let held = match app.queue.render(Arc::new(job), &client, deadline, cancelled).await {
         Ok(held) => held,
         Err(Failure::Cancelled) => return Err(Stopped::Cancelled),
         Err(failure) => return Err(ApiError::from(failure).into()),

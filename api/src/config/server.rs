@@ -7,6 +7,7 @@ use std::time::Duration;
 use serde::{Deserialize, Serialize};
 
 use super::listen::{Listen, optional};
+use crate::client::Network;
 
 /// `[server]`: address, folders and connection times.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -25,6 +26,8 @@ pub struct Server {
     pub connections: usize,
     /// Connections served at a time from one address.
     pub connections_per_client: usize,
+    /// Proxies whose `Forwarded` or `X-Forwarded-For` says who the client is.
+    pub proxies: Vec<Network>,
     /// Seconds that a connection may be open without a request.
     pub idle_timeout_s: u64,
     /// Seconds a client may take to send the head of a request, once it has begun.
@@ -50,6 +53,7 @@ impl Default for Server {
             allow_remote: false,
             connections: 512,
             connections_per_client: 384,
+            proxies: Vec::new(),
             idle_timeout_s: 60,
             header_timeout_s: 10,
             body_timeout_s: 60,
