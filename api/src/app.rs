@@ -47,6 +47,8 @@ pub struct App {
     pub table_work: Arc<Gate>,
     /// Leave to decode images.
     pub image_work: Arc<Gate>,
+    /// Memory for replies on their way.
+    pub deliveries: Arc<Budget>,
     /// Memory for bodies of requests.
     pub uploads: Arc<Budget>,
     /// The connections that are open.
@@ -115,6 +117,7 @@ impl App {
             replies: Replies::new(cache.memory_bytes),
             tables: SingleFlight::default(),
             image_work: Gate::new(IMAGE_WORK),
+            deliveries: Arc::new(Budget::new(limits.reply_memory_bytes)),
             uploads: Arc::new(Budget::new(limits.upload_memory_bytes)),
             connections: Arc::default(),
             table_work: Gate::new(TABLE_WORK),

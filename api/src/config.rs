@@ -140,6 +140,7 @@ impl Config {
             bytes("limits.sky_store_bytes", limits.sky_store_bytes, 1),
             bytes("limits.image_store_bytes", limits.image_store_bytes, 0),
             bytes("limits.upload_memory_bytes", limits.upload_memory_bytes, 1),
+            bytes("limits.reply_memory_bytes", limits.reply_memory_bytes, 1),
             ("limits.streams", limits.streams as u64, 0..=100_000),
             count("queue.depth", queue.depth, 100_000),
             seconds("queue.timeout_s", queue.timeout_s, 1),

@@ -10,6 +10,7 @@ pub mod cli;
 pub mod client;
 pub mod config;
 pub mod connections;
+pub mod deliver;
 pub mod fair;
 pub mod files;
 pub mod frames;

@@ -4,8 +4,8 @@
 //! render, encoding. Waiting for tables has no limit but that somebody waits; the deadline begins when they are there.
 
 use std::fmt::Write as _;
-use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
+use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
 use axum::Json;
@@ -17,13 +17,15 @@ use futures_util::stream;
 use serde::Serialize;
 use sha2::{Digest as _, Sha256};
 use skyloom::plan::{Choice, Plan, expected_error, meets_tolerance};
-use skyloom::render::Images;
+use skyloom::render::{Images, Job};
 use skyloom::request::{Request, RequestError};
 use skyloom::scene::Scene;
 
 use crate::app::{App, blocking};
+use crate::budget::Share;
 use crate::client::Client;
 use crate::config::Limits;
+use crate::deliver::Delivery;
 use crate::problem::{ApiError, FieldProblem, field_problems};
 use crate::render_queue::{Adapter, Failure, failure};
 use crate::replies::{Given, Reply, Stopped};
@@ -31,6 +33,8 @@ use crate::single_flight::raised;
 use crate::table_work;
 use crate::version::{self, Caching};
 
+/// Bytes of what a file says of itself, at most.
+const ABOUT_ITSELF: u64 = 16 << 10;
 const SHAPE: HeaderName = HeaderName::from_static("x-skyloom-shape");
 /// Bits of a sample: an EXR is half unless its values need floats, which the parameter `reason` explains (RFC 9651).
 const DEPTH: HeaderName = HeaderName::from_static("skyloom-depth");
@@ -64,12 +68,18 @@ pub async fn get(
     let head = Head { tag: &tag, caching, request: &request, plan: &plan, choices: &choices };
     if method == HttpMethod::HEAD {
         return match app.replies.get(&tag) {
-            Some(reply) => head.with(&Given { reply, was_kept: true }),
+            Some(reply) => head.with(&reply, true, Body::from(reply.bytes.clone())),
             // Nothing is rendered for a head; that the images are whole costs little to see.
             None => images(&app, &scene, &client).await.and_then(|_| head.alone()),
         };
     }
-    head.with(&kept(&app, &scene, request, &tag, &client).await?)
+    let given = kept(&app, &scene, request, &tag, &client).await?;
+    let share = match given.share {
+        Some(share) => Some(share),
+        None => given.reply.held(&app.deliveries, &client, Instant::now() + app.config.queue.timeout()).await,
+    };
+    let body = Delivery::body(given.reply.bytes.clone(), share.ok_or(ApiError::Crowded)?);
+    head.with(&given.reply, given.was_kept, body)
 }
 
 /// The entity tag of a texture. Without an adapter there is none; one that is just being prepared is worth waiting for.
@@ -219,7 +229,7 @@ async fn make(
     request: Request,
     client: Client,
     cancelled: Arc<AtomicBool>,
-) -> Result<Reply, Stopped> {
+) -> Result<(Reply, Arc<Share>), Stopped> {
     // Before the tables, which would be made in vain.
     let images = images(&app, &scene, &client).await?;
     let media_type = request.format().media_type();
@@ -228,6 +238,10 @@ async fn make(
         () = raised(&cancelled) => return Err(Stopped::Cancelled),
     };
     let deadline = Instant::now() + app.config.queue.timeout();
+    // Room for the reply, before there is something that would need it.
+    let expected = expected_bytes(&job);
+    let share = app.deliveries.take(&client, expected, deadline).await;
+    let mut share = share.ok_or(ApiError::Crowded)?;
     let held = match app.queue.render(Arc::new(job), &client, deadline, cancelled).await {
         Ok(held) => held,
         Err(Failure::Cancelled) => return Err(Stopped::Cancelled),
@@ -241,10 +255,21 @@ async fn make(
         timings.push(("encode", start.elapsed()));
         let reason = file.reason.map_or_else(String::new, |reason| format!(";reason=\"{reason}\""));
         let depth = format!("{}{reason}", file.bits);
-        Ok(Reply { bytes: file.bytes.into(), depth, media_type, shape: picture.shape, timings })
+        share.shrink(file.bytes.len() as u64);
+        let share = Arc::new(share);
+        let on_its_way = Mutex::new(Arc::downgrade(&share));
+        let shape = picture.shape;
+        Ok((Reply { bytes: file.bytes.into(), depth, media_type, shape, timings, share: on_its_way }, share))
     })
     .await?;
     Ok(reply)
+}
+
+/// Bytes of a texture's file at most, but for what it says of itself.
+fn expected_bytes(job: &Job) -> u64 {
+    let [across, down] = job.request().texels(job.scene()).map(u64::from);
+    let channels = job.request().wanted.channels().len() as u64;
+    across * down * channels * size_of::<f32>() as u64 + ABOUT_ITSELF
 }
 
 /// The images that a scene names, decoded.
@@ -312,11 +337,10 @@ struct Head<'a> {
 
 impl Head<'_> {
     /// The reply to a request for the texture.
-    fn with(&self, given: &Given) -> Result<Response, ApiError> {
-        let reply = &given.reply;
-        let mut response = self.over(Body::from(reply.bytes.clone()))?;
+    fn with(&self, reply: &Reply, was_kept: bool, body: Body) -> Result<Response, ApiError> {
+        let mut response = self.over(body)?;
         let [height, width, channels] = reply.shape;
-        let timing = if given.was_kept { "cache;desc=hit".to_owned() } else { server_timing(&reply.timings) };
+        let timing = if was_kept { "cache;desc=hit".to_owned() } else { server_timing(&reply.timings) };
         let headers = response.headers_mut();
         headers.insert(SHAPE, value(&format!("{height},{width},{channels}"))?);
         headers.insert(SERVER_TIMING, value(&timing)?);

@@ -169,3 +169,40 @@ fn tables_in_the_making_hold_nobody_up_who_has_his_and_those_of_clients_that_lef
     eprintln!("given up after {} ms", start.elapsed().as_millis());
     assert!(start.elapsed() < 2 * SOON, "{:?}", start.elapsed());
 }
+
+/// Twenty readers that read nothing, of textures of 16 MiB each.
+#[cfg(target_os = "linux")]
+#[test]
+fn readers_that_do_not_read_pin_no_more_than_the_budget() {
+    const BUDGET: u64 = 48 << 20;
+    let data = tempfile::tempdir().unwrap();
+    let settings =
+        format!("[server]\nstall_timeout_s = 3\n[cache]\nmemory_bytes = 0\n[limits]\nreply_memory_bytes = {BUDGET}\n");
+    let server = Server::with_settings(data.path(), &settings);
+    let sky = server.sky(&scene());
+    let texture = |size: u32, time: u32| format!("{sky}/thickness.f32?size={size}&time={time}");
+    assert_eq!(server.get(&texture(2048, 0)).status, 200);
+    let before = server.memory();
+    let readers: Vec<_> = (1..=20)
+        .map(|time| {
+            let mut stream = TcpStream::connect(server.host()).unwrap();
+            let head = format!("GET {} HTTP/1.1\r\nHost: localhost\r\n\r\n", texture(2048, time));
+            stream.write_all(head.as_bytes()).unwrap();
+            stream
+        })
+        .collect();
+    let start = Instant::now();
+    let mut most = before;
+    while start.elapsed() < Duration::from_millis(2500) {
+        most = most.max(server.memory());
+        std::thread::sleep(Duration::from_millis(20));
+    }
+    soon("a small texture", || assert_eq!(server.get(&texture(8, 50)).status, 200));
+    let grown = (most - before) >> 20;
+    eprintln!("20 readers of 16 MiB pin {grown} MiB");
+    // Beside the budget a picture or two before and after it is encoded, and what the device keeps of them.
+    assert!(grown < (BUDGET >> 20) + 96, "{grown} MiB");
+    // Those that do not read are cut, and a large one has room again.
+    assert_eq!(server.get(&texture(2048, 51)).status, 200);
+    drop(readers);
+}

@@ -29,6 +29,8 @@ pub struct Limits {
     pub image_store_bytes: u64,
     /// Bytes of bodies of requests in memory at a time.
     pub upload_memory_bytes: u64,
+    /// Bytes of replies in memory at a time, until they are sent.
+    pub reply_memory_bytes: u64,
     /// Streams of events open at a time; each holds one of `server.connections`.
     pub streams: usize,
 }
@@ -74,6 +76,7 @@ impl Default for Limits {
             sky_store_bytes: 4 << 30,
             image_store_bytes: 4 << 30,
             upload_memory_bytes: 512 << 20,
+            reply_memory_bytes: 1 << 30,
             streams: 256,
         }
     }
