@@ -21,6 +21,7 @@ use crate::replies::Replies;
 use crate::shelf::Quota;
 use crate::single_flight::SingleFlight;
 use crate::skies::SkyStore;
+use crate::store_health::Watched;
 
 /// Images taken in or decoded at a time: each may need a few hundred megabytes.
 const IMAGE_WORK: usize = 2;
@@ -33,6 +34,8 @@ pub struct App {
     pub config: Config,
     /// Tables of droplet mixes.
     pub library: Arc<TableLibrary>,
+    /// Where everything is kept.
+    pub store: Arc<Watched>,
     /// Registered skies.
     pub skies: SkyStore,
     /// Uploaded images.
@@ -106,10 +109,17 @@ impl App {
     pub fn open(config: Config, factory: Factory) -> Result<Self, OpenError> {
         let folder = Folder::new(&config.server.data);
         folder.prepare(&["skies", "images", "tables"])?;
-        let store: Arc<dyn Store> = Arc::new(folder);
+        Self::over(config, factory, Arc::new(folder))
+    }
+
+    /// The same over a store.
+    pub fn over(config: Config, factory: Factory, store: Arc<dyn Store>) -> Result<Self, OpenError> {
+        let watched = Arc::new(Watched::new(store));
+        let store: Arc<dyn Store> = Arc::<Watched>::clone(&watched);
         let (limits, cache) = (&config.limits, &config.cache);
         let started = SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |since| since.as_secs());
         Ok(Self {
+            store: watched,
             library: Arc::new(TableLibrary::new(Some(Arc::clone(&store)))),
             skies: SkyStore::open(Arc::clone(&store), Quota { count: limits.skies, bytes: limits.sky_store_bytes })?,
             images: ImageStore::open(store, limits.image(), limits.image_store_bytes, cache.image_memory_bytes)?,

@@ -25,6 +25,7 @@ pub mod serve;
 pub mod shelf;
 pub mod single_flight;
 pub mod skies;
+pub mod store_health;
 pub mod sun;
 pub mod table_work;
 pub mod textures;

@@ -109,6 +109,8 @@ kinds! {
          the limit, or use `skyloom render`, which has none.";
     STORE_FULL = "store-full", INSUFFICIENT_STORAGE, "The store is full",
         "Delete skies that are no longer needed, or raise limits.skies or limits.image_store_bytes.";
+    STORE_FAILED = "store-failed", SERVICE_UNAVAILABLE, "The store cannot be used",
+        "The disk or the folder of the store fails; the detail says how. What is in memory goes on, and the server recovers by itself when the disk does.";
     OTHER = "other", BAD_REQUEST, "The request was refused", "The status says why.";
 }
 
@@ -153,6 +155,8 @@ pub enum ApiError {
     Deadline,
     /// Store full; which one.
     StoreFull(String),
+    /// Store that cannot be read or written at the moment; why.
+    StoreFailed(String),
 }
 
 impl ApiError {
@@ -176,6 +180,7 @@ impl ApiError {
             Self::TooManyStreams(_) => &STREAMS,
             Self::Deadline => &DEADLINE,
             Self::StoreFull(_) => &STORE_FULL,
+            Self::StoreFailed(_) => &STORE_FAILED,
         }
     }
 
@@ -183,7 +188,7 @@ impl ApiError {
         match self {
             Self::NotReady(_) => Some(30),
             Self::Busy(seconds) => Some(*seconds),
-            Self::Crowded => Some(10),
+            Self::Crowded | Self::StoreFailed(_) => Some(10),
             Self::TooManyStreams(_) => Some(10),
             _ => None,
         }
@@ -208,7 +213,8 @@ impl ApiError {
             | Self::LostSky(detail)
             | Self::ContentCoding(detail)
             | Self::NotReady(detail)
-            | Self::StoreFull(detail) => detail,
+            | Self::StoreFull(detail)
+            | Self::StoreFailed(detail) => detail,
             Self::UnknownSky(id) => format!("no sky {id} is registered"),
             Self::NoRoute => NO_ROUTE.advice.to_owned(),
             Self::SlowBody => SLOW_BODY.advice.to_owned(),
@@ -236,6 +242,7 @@ impl From<StoreError> for ApiError {
     fn from(error: StoreError) -> Self {
         match error {
             StoreError::Full(_) => Self::StoreFull(error.to_string()),
+            StoreError::Io { .. } => Self::StoreFailed(error.to_string()),
             other => Self::Internal(other.to_string()),
         }
     }

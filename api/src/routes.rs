@@ -216,7 +216,8 @@ async fn live() -> Response {
     ([(header::CACHE_CONTROL, "no-store")], Json(json!({ "status": "alive" }))).into_response()
 }
 
-/// Ready when a render asked for now would begin: a renderer is there, it is not stuck, and the server is not stopping.
+/// Ready when a render asked for now would begin and a sky could be kept: a renderer is there, it is not stuck, the store can
+/// be written, and the server is not stopping.
 async fn ready(State(app): State<Arc<App>>) -> Result<Response, ApiError> {
     if app.is_draining() {
         return Err(ApiError::NotReady("the server is stopping".to_owned()));
@@ -228,6 +229,13 @@ async fn ready(State(app): State<Arc<App>>) -> Result<Response, ApiError> {
     }
     if let Some(busy) = app.queue.busy_for().filter(|busy| *busy > 2 * app.config.queue.timeout()) {
         return Err(ApiError::NotReady(format!("one render has been running for {} s", busy.as_secs())));
+    }
+    let looked = Arc::clone(&app);
+    if let Some(fault) = blocking(move || Ok(looked.store.fault())).await? {
+        return Err(match fault.into() {
+            ApiError::StoreFull(reason) => ApiError::StoreFailed(reason),
+            other => other,
+        });
     }
     let answer =
         json!({ "status": "ready", "adapter": app.queue.adapter().as_deref(), "waiting": app.queue.waiting() });
