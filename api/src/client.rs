@@ -17,6 +17,8 @@ const NETWORK_BITS: u32 = 64;
 pub enum Client {
     /// Known by its address.
     Address(IpAddr),
+    /// Known by the name of its key.
+    Key(String),
 }
 
 impl Client {
@@ -57,6 +59,7 @@ impl fmt::Display for Client {
     fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Address(address) => address.fmt(out),
+            Self::Key(name) => write!(out, "key {name}"),
         }
     }
 }

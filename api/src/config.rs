@@ -6,10 +6,12 @@ use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 
+mod access;
 mod limits;
 mod listen;
 mod server;
 
+pub use access::{Access, Key, Right};
 pub use limits::{Cache, Limits, Queue, Render};
 pub use listen::{Listen, ListenError};
 pub use server::Server;
@@ -34,6 +36,8 @@ pub struct Config {
     pub cache: Cache,
     /// The graphics device.
     pub render: Render,
+    /// Who may do what.
+    pub access: Access,
 }
 
 /// Why settings were refused.
@@ -47,6 +51,8 @@ pub enum ConfigError {
     Remote(Listen),
     /// A number outside what works: its key, itself, what is allowed.
     Range(&'static str, u64, RangeInclusive<u64>),
+    /// A key that cannot be used: its number in the list, and why.
+    Key(usize, &'static str),
     /// A tolerance that is none.
     Tolerance(f64),
     /// Streams would keep all other requests out.
@@ -65,12 +71,13 @@ impl fmt::Display for ConfigError {
             Self::Invalid(path, cause) => write!(out, "{}: {cause}", path.display()),
             Self::Remote(listen) => write!(
                 out,
-                "server.listen = {listen}: other machines could reach this address and the server has no authentication. \
-                 Listen on 127.0.0.1 behind a proxy, or set server.allow_remote = true in the settings file"
+                "server.listen = {listen}: other machines could reach this address, and everybody may write. Give keys in \
+                 access.keys, listen on 127.0.0.1 behind a proxy, or set server.allow_remote = true in the settings file"
             ),
             Self::Range(key, value, allowed) => {
                 write!(out, "{key} = {value}: allowed are {} to {}", allowed.start(), allowed.end())
             }
+            Self::Key(number, fault) => write!(out, "access.keys[{number}].{fault}"),
             Self::Tolerance(value) => write!(out, "limits.least_tolerance = {value}: allowed are 0 to 1"),
             Self::Streams { streams, connections } => write!(
                 out,
@@ -97,8 +104,14 @@ impl Config {
         let is_remote = |listen: &&Listen| listen.addresses().iter().any(|address| !address.ip().is_loopback());
         if let Some(listen) = listens.into_iter().flatten().find(is_remote)
             && !server.allow_remote
+            && self.access.anybody_writes()
         {
             return Err(ConfigError::Remote(listen.clone()));
+        }
+        for (number, key) in self.access.keys.iter().enumerate() {
+            if let Some(fault) = key.fault() {
+                return Err(ConfigError::Key(number, fault));
+            }
         }
         for (key, value, allowed) in self.ranges() {
             if !allowed.contains(&value) {
@@ -202,5 +215,14 @@ mod tests {
         assert!(config.check().unwrap_err().to_string().contains("allow_remote"));
         config.server.allow_remote = true;
         config.check().unwrap();
+        config.server.allow_remote = false;
+        config.access.keys.push(Key { name: "a".into(), sha256: "0".repeat(64), rights: vec![Right::Admin] });
+        config.access.anonymous = vec![Right::Read];
+        config.check().unwrap();
+        config.access.anonymous.push(Right::Register);
+        assert!(config.check().unwrap_err().to_string().contains("everybody may write"));
+        config.access.keys[0].sha256.pop();
+        config.access.anonymous.clear();
+        assert!(config.check().unwrap_err().to_string().contains("access.keys[0].sha256"));
     }
 }

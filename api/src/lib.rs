@@ -2,8 +2,10 @@
 //! the graphics device, and answers with replies that may be cached for ever.
 
 pub mod accept;
+pub mod access;
 pub mod ambient;
 pub mod app;
+pub mod around;
 pub mod body;
 pub mod budget;
 pub mod cli;

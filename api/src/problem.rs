@@ -82,6 +82,9 @@ kinds! {
         "Skies are registered with POST /v1/skies, which answers with their id and links. One that was deleted, or that the disk damaged, can be registered again.";
     NO_TEXTURE = "unknown-texture", NOT_FOUND, "No such texture",
         "A texture's address is /v1/skies/{id}/{texture}.{format}; the links of GET /v1/skies/{id} list them.";
+    NO_KEY = "no-key", UNAUTHORIZED, "A key is needed",
+        "Send the header Authorization: Bearer KEY with a key of this server's settings (access.keys).";
+    FORBIDDEN = "forbidden", FORBIDDEN, "Not allowed", "The detail says what is missing: a right of the key, or a name in access.hosts or access.origins.";
     METHOD = "method-not-allowed", METHOD_NOT_ALLOWED, "Method not allowed", "The header Allow lists the methods of this address.";
     SLOW_BODY = "slow-body", REQUEST_TIMEOUT, "The body took too long", "Send the body faster: server.least_rate, server.stall_timeout_s and server.body_timeout_s say how fast.";
     TOO_LARGE = "too-large", PAYLOAD_TOO_LARGE, "Too large", "GET /v1/limits shows the limits; they are set in skyloom.toml.";
@@ -125,6 +128,10 @@ pub enum ApiError {
     UnknownSky(String),
     /// Texture or format that does not exist.
     UnknownTexture(String),
+    /// No key, or one that is none.
+    NoKey,
+    /// Not allowed; why.
+    Forbidden(String),
     /// Body that took too long.
     SlowBody,
     /// Body or image beyond a limit.
@@ -166,6 +173,8 @@ impl ApiError {
             Self::NoRoute => &NO_ROUTE,
             Self::UnknownSky(_) | Self::LostSky(_) => &NO_SKY,
             Self::UnknownTexture(_) => &NO_TEXTURE,
+            Self::NoKey => &NO_KEY,
+            Self::Forbidden(_) => &FORBIDDEN,
             Self::SlowBody => &SLOW_BODY,
             Self::TooLarge(_) => &TOO_LARGE,
             Self::MediaType(_) => &MEDIA_TYPE,
@@ -214,9 +223,11 @@ impl ApiError {
             | Self::ContentCoding(detail)
             | Self::NotReady(detail)
             | Self::StoreFull(detail)
+            | Self::Forbidden(detail)
             | Self::StoreFailed(detail) => detail,
             Self::UnknownSky(id) => format!("no sky {id} is registered"),
             Self::NoRoute => NO_ROUTE.advice.to_owned(),
+            Self::NoKey => NO_KEY.advice.to_owned(),
             Self::SlowBody => SLOW_BODY.advice.to_owned(),
             Self::Internal(_) => INTERNAL.advice.to_owned(),
             Self::Busy(_) => BUSY.advice.to_owned(),
@@ -268,6 +279,9 @@ impl IntoResponse for ApiError {
         let accept = matches!(self, Self::ContentCoding(_)).then_some(crate::body::CODINGS);
         let (detail, errors) = self.detail_and_errors();
         let mut response = kind.status.into_response();
+        if kind.status == StatusCode::UNAUTHORIZED {
+            response.headers_mut().insert(header::WWW_AUTHENTICATE, HeaderValue::from_static("Bearer"));
+        }
         if let Some(seconds) = retry {
             response.headers_mut().insert(header::RETRY_AFTER, HeaderValue::from(seconds));
         }

@@ -1,12 +1,11 @@
 //! Routes and the middleware around them.
 
 use std::sync::Arc;
-use std::time::Instant;
 
 use axum::body::Body;
 use axum::extract::{DefaultBodyLimit, Path, Request, State};
-use axum::http::{HeaderName, HeaderValue, StatusCode, header};
-use axum::middleware::{Next, from_fn_with_state};
+use axum::http::{StatusCode, header};
+use axum::middleware::from_fn_with_state;
 use axum::response::{IntoResponse, Response};
 use axum::routing::{get, post};
 use axum::{Json, Router};
@@ -16,15 +15,14 @@ use skyloom::scene::{FieldError, Scene};
 use tower_http::catch_panic::CatchPanicLayer;
 
 use crate::app::{App, blocking};
+use crate::around::around;
 use crate::client::Client;
 use crate::config::Config;
 use crate::images::MEDIA_TYPES;
-use crate::problem::{self, ApiError, KINDS, field_problems};
+use crate::problem::{ApiError, KINDS, field_problems};
 use crate::render_queue::State as RenderState;
 
 use crate::{ambient, body, frames, presets, sun, textures, version, viewer};
-
-const REQUEST_ID: HeaderName = HeaderName::from_static("x-request-id");
 
 /// All routes over the shared state.
 pub fn router(app: Arc<App>) -> Router {
@@ -62,35 +60,11 @@ pub fn admin(app: Arc<App>) -> Router {
         .with_state(app)
 }
 
-/// Names, logs and times each request and gives errors their document.
-async fn around(State(app): State<Arc<App>>, request: Request, next: Next) -> Response {
-    let start = Instant::now();
-    let id = app.request_id();
-    let (method, path) = (request.method().clone(), request.uri().path().to_owned());
-    let span = tracing::info_span!("request", id);
-    let response = tracing::Instrument::instrument(next.run(request), span).await;
-    let mut response = problem::document(response, &id);
-    let headers = response.headers_mut();
-    headers.insert(header::X_CONTENT_TYPE_OPTIONS, HeaderValue::from_static("nosniff"));
-    if let Ok(value) = HeaderValue::from_str(&id) {
-        headers.insert(REQUEST_ID, value);
-    }
-    let (status, ms) = (response.status().as_u16(), (start.elapsed().as_secs_f64() * 1e5).round() / 100.0);
-    if path.starts_with("/health") {
-        tracing::debug!(id, %method, path, status, ms, "answered");
-    } else {
-        tracing::info!(id, %method, path, status, ms, "answered");
-    }
-    response
-}
-
 async fn register_sky(State(app): State<Arc<App>>, client: Client, request: Request) -> Result<Response, ApiError> {
     let (parts, body) = request.into_parts();
     let media_type = body::media_type(&parts.headers);
-    // The form type is what curl -d and many libraries send when nobody says otherwise; what is inside is parsed as JSON
-    // in any case.
-    let unsaid = media_type.is_empty() || media_type == "application/x-www-form-urlencoded";
-    if !unsaid && media_type != "application/json" && !media_type.ends_with("+json") {
+    // Forms and plain text are what a page of anybody may send to anywhere; they are no scenes.
+    if !media_type.is_empty() && media_type != "application/json" && !media_type.ends_with("+json") {
         return Err(ApiError::MediaType(format!(
             "a scene is application/json (curl --json @scene.json), not {media_type}"
         )));

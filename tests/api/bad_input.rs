@@ -180,7 +180,16 @@ fn a_direction_has_one_name() {
 #[test]
 fn a_scene_of_another_media_type_is_415() {
     let common = common();
-    common.server.ask("POST", "/v1/skies", &[("content-type", "text/plain")], b"{}").problem(415);
+    let text = scene().to_string();
+    for media_type in
+        ["text/plain", "application/x-www-form-urlencoded", "multipart/form-data; boundary=x", "text/json"]
+    {
+        common.server.ask("POST", "/v1/skies", &[("content-type", media_type)], text.as_bytes()).problem(415);
+    }
+    for media_type in ["application/json; charset=utf-8", "application/scene+json"] {
+        let answer = common.server.ask("POST", "/v1/skies", &[("content-type", media_type)], text.as_bytes());
+        assert!([200, 201].contains(&answer.status), "{}", answer.text());
+    }
     common.server.goes_on();
 }
 

@@ -2,6 +2,7 @@
 
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test stops where it fails")]
 
+mod access;
 mod bad_input;
 mod caching;
 mod command_line;

@@ -1,0 +1,52 @@
+//! What is done around every request, whatever its route: it gets a name, leave, its time, a line in the log.
+
+use std::sync::Arc;
+use std::time::Instant;
+
+use axum::extract::{Request, State};
+use axum::http::{HeaderName, HeaderValue, header};
+use axum::middleware::Next;
+use axum::response::{IntoResponse as _, Response};
+
+use crate::access;
+use crate::app::App;
+use crate::client::Client;
+use crate::problem;
+
+const REQUEST_ID: HeaderName = HeaderName::from_static("x-request-id");
+
+/// Names, admits, logs and times each request and gives errors their document.
+pub async fn around(State(app): State<Arc<App>>, request: Request, next: Next) -> Response {
+    let start = Instant::now();
+    let id = app.request_id();
+    let (mut parts, body) = request.into_parts();
+    let (method, path) = (parts.method.clone(), parts.uri.path().to_owned());
+    let admitted = access::admit(&app.config, &mut parts);
+    let client = parts.extensions.get::<Client>().cloned().unwrap_or_default();
+    let span = tracing::info_span!("request", id);
+    let answer = async {
+        match admitted {
+            Ok(()) => next.run(Request::from_parts(parts, body)).await,
+            Err(error) => error.into_response(),
+        }
+    };
+    let response = tracing::Instrument::instrument(answer, span).await;
+    let mut response = problem::document(response, &id);
+    let took = start.elapsed();
+    let headers = response.headers_mut();
+    headers.insert(header::X_CONTENT_TYPE_OPTIONS, HeaderValue::from_static("nosniff"));
+    if let Ok(value) = HeaderValue::from_str(&id) {
+        headers.insert(REQUEST_ID, value);
+    }
+    let (status, ms) = (response.status().as_u16(), (took.as_secs_f64() * 1e5).round() / 100.0);
+    if access::is_write(&method) {
+        // What was changed, and what somebody tried to change: one line each, under a name of its own.
+        tracing::info!(target: "skyloom::audit", id, %client, %method, path, status, ms, "write");
+    }
+    if path.starts_with("/health") {
+        tracing::debug!(id, %client, %method, path, status, ms, "answered");
+    } else {
+        tracing::info!(id, %client, %method, path, status, ms, "answered");
+    }
+    response
+}
