@@ -49,6 +49,45 @@ pub struct Problem {
     /// Wrong fields, one by one.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub errors: Vec<FieldProblem>,
+    /// Wrong fields beyond those that are listed.
+    #[serde(skip_serializing_if = "is_zero")]
+    pub more_errors: usize,
+}
+
+#[expect(clippy::trivially_copy_pass_by_ref, reason = "serde hands over a reference")]
+fn is_zero(number: &usize) -> bool {
+    *number == 0
+}
+
+/// Most characters of a detail, of a pointer and of a field's detail: what is told repeats what was sent, which may be long.
+const LONGEST: [usize; 3] = [1000, 160, 500];
+/// Most characters of all fields, and most fields.
+const MOST: (usize, usize) = (6000, 32);
+
+/// A text, cut to so many characters.
+fn cut(mut text: String, most: usize) -> String {
+    if let Some((end, _)) = text.char_indices().nth(most) {
+        text.truncate(end);
+        text.push('…');
+    }
+    text
+}
+
+/// As many fields as may be told, and how many are left out.
+fn listed(errors: Vec<FieldProblem>) -> (Vec<FieldProblem>, usize) {
+    let (count, mut length) = (errors.len(), 0);
+    let short = errors.into_iter().take(MOST.1).map(|FieldProblem { pointer, detail }| FieldProblem {
+        pointer: cut(pointer, LONGEST[1]),
+        detail: cut(detail, LONGEST[2]),
+    });
+    let told: Vec<_> = short
+        .take_while(|error| {
+            length += error.pointer.len() + error.detail.len();
+            length <= MOST.0
+        })
+        .collect();
+    let more = count - told.len();
+    (told, more)
 }
 
 /// A kind of problem, explained at `/problems/{slug}`.
@@ -295,13 +334,15 @@ impl IntoResponse for ApiError {
 
 impl Problem {
     fn new(kind: &Kind, detail: String, errors: Vec<FieldProblem>) -> Self {
+        let (errors, more_errors) = listed(errors);
         Self {
             kind: format!("/problems/{}", kind.slug),
             title: kind.title,
             status: kind.status.as_u16(),
-            detail,
+            detail: cut(detail, LONGEST[0]),
             instance: String::new(),
             errors,
+            more_errors,
         }
     }
 
@@ -350,6 +391,20 @@ mod tests {
         for (index, kind) in KINDS.iter().enumerate() {
             assert!(KINDS[..index].iter().all(|other| other.slug != kind.slug), "{}", kind.slug);
         }
+    }
+
+    #[test]
+    fn what_is_told_is_short_whatever_was_sent() {
+        let long = "\u{1f300}".repeat(100_000);
+        let field = |number: usize| FieldProblem { pointer: format!("/{number}{long}"), detail: long.clone() };
+        let problem = Problem::new(&INVALID_SCENE, long.clone(), (0..5000).map(field).collect());
+        let told = serde_json::to_string(&problem).unwrap();
+        assert!(told.len() < 12_000, "{}", told.len());
+        assert_eq!(problem.errors.len() + problem.more_errors, 5000);
+        assert!(problem.errors[0].detail.ends_with('…') && problem.errors[0].pointer.starts_with("/0"));
+        let short = vec![FieldProblem { pointer: "/a".to_owned(), detail: "b".to_owned() }; 32];
+        let problem = Problem::new(&INVALID_SCENE, "c".to_owned(), short.clone());
+        assert_eq!((problem.errors, problem.more_errors, problem.detail.as_str()), (short, 0, "c"));
     }
 
     #[test]

@@ -275,3 +275,30 @@ fn a_body_that_does_not_come_is_408_and_a_head_that_does_not_come_is_cut_off() {
     assert!(answer.is_empty() || answer.starts_with("HTTP/1.1 4"), "{answer}");
     assert_eq!(server.get("/health/live").status, 200);
 }
+
+/// Whatever is repeated of a request, its reply is not much longer than a page.
+#[test]
+fn errors_do_not_amplify() {
+    let common = common();
+    let sky = common.server.sky(&scene());
+    let names: Vec<String> = (0..6000).map(|number| format!("a{number}")).collect();
+    let mut wrong = scene();
+    for name in &names {
+        wrong[name.as_str()] = json!(1);
+    }
+    let escaped = "%01".repeat(15_000);
+    for answer in [
+        common.server.get(&format!("{sky}/cloud.exr?{}", names[..3000].join("&"))),
+        common.server.get(&format!("{sky}/cloud.exr?size={escaped}")),
+        common.server.get(&format!("{sky}/{escaped}.exr")),
+        common.server.get(&format!("/v1/skies/{}", "x".repeat(20_000))),
+        common.server.post_scene(wrong.to_string().as_bytes()),
+        common.server.ask("POST", "/v1/skies", &[("content-type", &"x".repeat(20_000))], b"{}"),
+    ] {
+        assert!((400..500).contains(&answer.status), "{}", answer.status);
+        assert!(answer.body.len() < 16_000, "{} bytes: {}", answer.body.len(), answer.text());
+    }
+    let many = common.server.get(&format!("{sky}/cloud.exr?{}", names[..1000].join("&"))).problem(422);
+    let listed = many["errors"].as_array().unwrap().len() as u64;
+    assert_eq!(listed + many["more_errors"].as_u64().unwrap(), 1000);
+}
