@@ -15,6 +15,7 @@ use crate::config::Config;
 use crate::connections::Connections;
 use crate::gate::Gate;
 use crate::images::ImageStore;
+use crate::metrics::Metrics;
 use crate::problem::ApiError;
 use crate::render_queue::{Factory, RenderQueue};
 use crate::replies::Replies;
@@ -54,6 +55,8 @@ pub struct App {
     pub deliveries: Arc<Budget>,
     /// Memory for bodies of requests.
     pub uploads: Arc<Budget>,
+    /// What is counted.
+    pub metrics: Metrics,
     /// The connections that are open.
     pub connections: Arc<Connections>,
     streams: Arc<Semaphore>,
@@ -129,6 +132,7 @@ impl App {
             image_work: Gate::new(IMAGE_WORK),
             deliveries: Arc::new(Budget::new(limits.reply_memory_bytes)),
             uploads: Arc::new(Budget::new(limits.upload_memory_bytes)),
+            metrics: Metrics::default(),
             connections: Arc::default(),
             table_work: Gate::new(TABLE_WORK),
             streams: Arc::new(Semaphore::new(limits.streams)),

@@ -12,7 +12,7 @@ mod listen;
 mod server;
 
 pub use access::{Access, Key, Right};
-pub use limits::{Cache, Limits, Queue, Render};
+pub use limits::{Cache, Limits, Log, LogFormat, Queue, Render};
 pub use listen::{Listen, ListenError};
 pub use server::Server;
 use skyloom::scene::Scene;
@@ -38,6 +38,8 @@ pub struct Config {
     pub render: Render,
     /// Who may do what.
     pub access: Access,
+    /// The log.
+    pub log: Log,
 }
 
 /// Why settings were refused.

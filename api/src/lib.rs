@@ -18,6 +18,8 @@ pub mod files;
 pub mod frames;
 pub mod gate;
 pub mod images;
+pub mod logs;
+pub mod metrics;
 pub mod presets;
 pub mod problem;
 pub mod render_queue;

@@ -116,7 +116,7 @@ kinds! {
         "The body is not well-formed JSON in UTF-8, the image file is broken, or what was compressed is not whole. The detail \
          says where reading stopped.";
     NO_ROUTE = "no-such-route", NOT_FOUND, "No such address",
-        "The routes are /v1/skies, /v1/images, /v1/presets, /v1/limits, /health/live, /health/ready and the viewer at /.";
+        "The routes are /v1/skies, /v1/images, /v1/presets, /v1/limits, /metrics, /health/live, /health/ready and the viewer at /.";
     NO_SKY = "unknown-sky", NOT_FOUND, "No such sky",
         "Skies are registered with POST /v1/skies, which answers with their id and links. One that was deleted, or that the disk damaged, can be registered again.";
     NO_TEXTURE = "unknown-texture", NOT_FOUND, "No such texture",

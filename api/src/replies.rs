@@ -92,6 +92,11 @@ impl Replies {
         self.kept.get(tag)
     }
 
+    /// Bytes that are in memory.
+    pub fn bytes(&self) -> u64 {
+        self.kept.weighted_size()
+    }
+
     /// A reply from memory, or from the run that makes it, which is begun if there is none. `make` gets a flag that is
     /// raised when nobody waits any more.
     pub async fn get_or_make<F, R>(&self, tag: &str, make: F) -> Result<Given, ApiError>

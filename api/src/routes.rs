@@ -37,6 +37,7 @@ pub fn router(app: Arc<App>) -> Router {
         .route("/v1/images", post(store_image))
         .route("/v1/presets", get(list_presets))
         .route("/v1/limits", get(show_limits))
+        .route("/metrics", get(metrics))
         .route("/health", get(live))
         .route("/health/live", get(live))
         .route("/health/ready", get(ready))
@@ -51,6 +52,7 @@ pub fn router(app: Arc<App>) -> Router {
 /// What the listener for probes leads to.
 pub fn admin(app: Arc<App>) -> Router {
     Router::new()
+        .route("/metrics", get(metrics))
         .route("/health", get(live))
         .route("/health/live", get(live))
         .route("/health/ready", get(ready))
@@ -214,6 +216,12 @@ async fn ready(State(app): State<Arc<App>>) -> Result<Response, ApiError> {
     let answer =
         json!({ "status": "ready", "adapter": app.queue.adapter().as_deref(), "waiting": app.queue.waiting() });
     Ok(([(header::CACHE_CONTROL, "no-store")], Json(answer)).into_response())
+}
+
+async fn metrics(State(app): State<Arc<App>>) -> Response {
+    let headers =
+        [(header::CONTENT_TYPE, "text/plain; version=0.0.4; charset=utf-8"), (header::CACHE_CONTROL, "no-store")];
+    (headers, app.metrics.text(&app)).into_response()
 }
 
 /// What a problem's `type` leads to.

@@ -8,7 +8,7 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use hyper_util::server::graceful::GracefulShutdown;
-use tokio::net::TcpListener;
+use tokio::net::{TcpListener, TcpSocket};
 
 use crate::accept::Door;
 use crate::app::{App, OpenError};
@@ -18,6 +18,12 @@ use crate::routes;
 
 /// How long the render thread gets to let go of the device when everything else has ended.
 const FAREWELL: Duration = Duration::from_secs(5);
+
+/// Bytes that the system keeps of what was written to a connection and not yet read: it would take megabytes, for each client
+/// that reads nothing, and would tell late of one that reads slowly. A reader far away gets 5 MB/s with it.
+const SEND_BUFFER: u32 = 256 << 10;
+/// Connections that the system keeps until they are accepted.
+const BACKLOG: u32 = 1024;
 
 /// What kept the server from starting.
 #[derive(Debug)]
@@ -59,9 +65,9 @@ pub fn serve(config: Config) -> Result<(), ServeError> {
 
 async fn run(config: Config) -> Result<(), ServeError> {
     let mut stop = StopSignals::install()?;
-    let (listener, address) = listening(&config.server.listen).await?;
+    let (listener, address) = listening(&config.server.listen)?;
     let admin = match &config.server.admin_listen {
-        Some(listen) => Some(listening(listen).await?),
+        Some(listen) => Some(listening(listen)?),
         None => None,
     };
     let factory = core_factory(config.render.wanted());
@@ -83,11 +89,28 @@ async fn run(config: Config) -> Result<(), ServeError> {
     Ok(())
 }
 
-async fn listening(listen: &Listen) -> Result<(TcpListener, SocketAddr), ServeError> {
+fn listening(listen: &Listen) -> Result<(TcpListener, SocketAddr), ServeError> {
     let failed = |error| ServeError::Listen(listen.clone(), error);
-    let listener = TcpListener::bind(listen.addresses()).await.map_err(failed)?;
+    let mut listener = Err(ErrorKind::AddrNotAvailable.into());
+    for address in listen.addresses() {
+        listener = listening_at(*address);
+        if listener.is_ok() {
+            break;
+        }
+    }
+    let listener = listener.map_err(failed)?;
     let address = listener.local_addr().map_err(failed)?;
     Ok((listener, address))
+}
+
+fn listening_at(address: SocketAddr) -> io::Result<TcpListener> {
+    let socket = if address.is_ipv4() { TcpSocket::new_v4() } else { TcpSocket::new_v6() }?;
+    // As `TcpListener::bind` does.
+    #[cfg(unix)]
+    socket.set_reuseaddr(true)?;
+    socket.set_send_buffer_size(SEND_BUFFER)?;
+    socket.bind(address)?;
+    socket.listen(BACKLOG)
 }
 
 /// Why a place could not be listened on, and what to do about it.

@@ -60,7 +60,8 @@ pub async fn get(
 
     let tag = tag(&app, &id, &request).await?;
     if not_modified(&headers, &tag) {
-        let headers = [(header::ETAG, tag_value(&tag)?), (header::CACHE_CONTROL, caching.header())];
+        let timing = (SERVER_TIMING, HeaderValue::from_static("cache;desc=known"));
+        let headers = [(header::ETAG, tag_value(&tag)?), (header::CACHE_CONTROL, caching.header()), timing];
         return Ok((StatusCode::NOT_MODIFIED, headers).into_response());
     }
     let plan = Plan::new(&request);
@@ -74,6 +75,7 @@ pub async fn get(
         };
     }
     let given = kept(&app, &scene, request, &tag, &client).await?;
+    app.metrics.looked_up(given.was_kept);
     let share = match given.share {
         Some(share) => Some(share),
         None => given.reply.held(&app.deliveries, &client, Instant::now() + app.config.queue.timeout()).await,
@@ -255,6 +257,7 @@ async fn make(
         timings.push(("encode", start.elapsed()));
         let reason = file.reason.map_or_else(String::new, |reason| format!(";reason=\"{reason}\""));
         let depth = format!("{}{reason}", file.bits);
+        app.metrics.rendered(&timings);
         share.shrink(file.bytes.len() as u64);
         let share = Arc::new(share);
         let on_its_way = Mutex::new(Arc::downgrade(&share));

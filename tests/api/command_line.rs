@@ -309,7 +309,7 @@ fn extreme_settings_are_refused_with_exit_code_2() {
         ("[access]\nkeys = [{ name = \"a\", sha256 = \"12\", rights = [] }]", "access.keys[0].sha256"),
     ] {
         std::fs::write(&file, settings).unwrap();
-        let run = crate::harness::program().args(["serve", "--config"]).arg(&file).output().unwrap();
+        let run = program().args(["serve", "--config"]).arg(&file).output().unwrap();
         let error = String::from_utf8_lossy(&run.stderr).into_owned();
         assert_eq!(run.status.code(), Some(2), "{settings}: {error}");
         assert!(error.contains(told), "{settings}: {error}");

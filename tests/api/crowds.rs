@@ -167,7 +167,8 @@ fn tables_in_the_making_hold_nobody_up_who_has_his_and_those_of_clients_that_lef
     let start = Instant::now();
     eventually("all to be given up", || slow.iter().all(|sky| tables(sky)["state"] == "new").then_some(()));
     eprintln!("given up after {} ms", start.elapsed().as_millis());
-    assert!(start.elapsed() < 2 * SOON, "{:?}", start.elapsed());
+    // Solvers ask now and then whether to go on; to their end the eight would take minutes.
+    assert!(start.elapsed() < 8 * SOON, "{:?}", start.elapsed());
 }
 
 /// Twenty readers that read nothing, of textures of 16 MiB each.

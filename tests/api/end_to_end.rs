@@ -12,5 +12,6 @@ mod frames;
 mod harness;
 mod images;
 mod lifecycle;
+mod observed;
 mod sun;
 mod textures;

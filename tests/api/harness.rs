@@ -270,6 +270,13 @@ impl Server {
         version.replace('+', "%2B")
     }
 
+    /// The value of a metric, by its name and labels as they are written.
+    pub(crate) fn metric(&self, name: &str) -> Option<f64> {
+        let text = String::from_utf8(self.get("/metrics").body).unwrap();
+        let value = text.lines().find_map(|line| line.strip_prefix(name)?.strip_prefix(' '))?;
+        Some(value.parse().unwrap())
+    }
+
     /// Nothing was lost: the server lives, keeps its skies and renders.
     pub(crate) fn goes_on(&self) {
         assert_eq!(self.get("/health/live").status, 200);

@@ -15,7 +15,7 @@ pub(super) fn cost(job: &Job) -> f64 {
     let [across, down] = request.texels(scene).map(f64::from);
     let field = f64::from(field_resolution(scene, request));
     let layers = scene.layer_count() as f64;
-    let depth = layers.max(1.0) + if scene.cumulus.is_some() { CUMULUS } else { 0.0 };
+    let depth = layers.max(1.0) + if scene.cumulus().is_some() { CUMULUS } else { 0.0 };
     let fields = if request.texture().shows_the_scene() { layers * field * field } else { 0.0 };
     across * down * depth + fields
 }
