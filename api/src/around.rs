@@ -4,14 +4,15 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use axum::extract::{MatchedPath, Request, State};
-use axum::http::{HeaderName, HeaderValue, header};
+use axum::http::{HeaderName, HeaderValue, Method, header};
 use axum::middleware::Next;
 use axum::response::{IntoResponse as _, Response};
 
 use crate::access;
 use crate::app::App;
 use crate::client::Client;
-use crate::problem;
+use crate::deliver;
+use crate::problem::{self, ApiError};
 
 const REQUEST_ID: HeaderName = HeaderName::from_static("x-request-id");
 const SERVER_TIMING: HeaderName = HeaderName::from_static("server-timing");
@@ -34,6 +35,11 @@ pub async fn around(State(app): State<Arc<App>>, request: Request, next: Next) -
         }
     };
     let response = tracing::Instrument::instrument(answer, span).await;
+    // The body of an answer to HEAD is not sent.
+    let response = match method == Method::HEAD {
+        true => response,
+        false => deliver::within_budget(&app, &client, response).await.unwrap_or_else(ApiError::into_response),
+    };
     let mut response = problem::document(response, &id);
     let took = start.elapsed();
     let headers = response.headers_mut();

@@ -46,8 +46,9 @@ pub async fn read(app: &App, parts: &Parts, body: Body, limit: usize) -> Result<
     let deadline = Instant::now() + app.config.server.body_timeout();
     let client = parts.extensions.get::<Client>().cloned().unwrap_or_default();
     let room = announced.unwrap_or(limit as u64) + if coding.is_some() { limit as u64 } else { 0 };
-    let share = app.uploads.take(&client, room, deadline).await.ok_or(ApiError::Crowded)?;
+    // Also while it waits for room: whoever sends bodies gives way to others first.
     let waits = parts.extensions.get::<Arc<Connection>>().map(Connection::awaits_body);
+    let share = app.uploads.take(&client, room, deadline).await.ok_or(ApiError::Crowded)?;
     let collected = tokio::time::timeout_at(deadline.into(), collect(body, limit, app)).await;
     drop(waits);
     let bytes = match collected.unwrap_or(Err(ApiError::SlowBody))? {

@@ -9,6 +9,7 @@ use serde::{Deserialize, Serialize};
 mod access;
 mod limits;
 mod listen;
+mod optional;
 mod server;
 
 pub use access::{Access, Key, Right};

@@ -4,11 +4,17 @@ use std::convert::Infallible;
 use std::pin::Pin;
 use std::sync::Arc;
 use std::task::{Context, Poll};
+use std::time::Instant;
 
 use axum::body::Bytes;
+use axum::response::Response;
+use http_body_util::BodyExt as _;
 use hyper::body::{Body, Frame, SizeHint};
 
+use crate::app::App;
 use crate::budget::Share;
+use crate::client::Client;
+use crate::problem::ApiError;
 
 /// Bytes handed on at a time. A connection holds a few of them besides, which are given back to no budget.
 const PIECE: usize = 64 << 10;
@@ -25,6 +31,23 @@ impl Delivery {
     pub fn body(bytes: Bytes, share: Arc<Share>) -> axum::body::Body {
         axum::body::Body::new(Self { rest: bytes, _share: share })
     }
+}
+
+/// Says of a response that its body has its share.
+#[derive(Clone, Copy, Debug)]
+pub struct HasShare;
+
+/// Gives the body of a response its share, if it is longer than a connection holds anyway and has none yet.
+pub async fn within_budget(app: &App, client: &Client, response: Response) -> Result<Response, ApiError> {
+    let length = response.body().size_hint().exact().filter(|length| *length > PIECE as u64);
+    let Some(length) = length.filter(|_| response.extensions().get::<HasShare>().is_none()) else {
+        return Ok(response);
+    };
+    let deadline = Instant::now() + app.config.queue.timeout();
+    let share = app.deliveries.take(client, length, deadline).await.ok_or(ApiError::Crowded)?;
+    let (parts, body) = response.into_parts();
+    let bytes = body.collect().await.map_err(|error| ApiError::Internal(error.to_string()))?.to_bytes();
+    Ok(Response::from_parts(parts, Delivery::body(bytes, Arc::new(share))))
 }
 
 impl Body for Delivery {

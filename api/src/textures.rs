@@ -25,7 +25,7 @@ use crate::app::{App, blocking};
 use crate::budget::Share;
 use crate::client::Client;
 use crate::config::Limits;
-use crate::deliver::Delivery;
+use crate::deliver::{Delivery, HasShare};
 use crate::problem::{ApiError, FieldProblem, field_problems};
 use crate::render_queue::{Adapter, Failure, failure};
 use crate::replies::{Given, Reply, Stopped};
@@ -81,7 +81,9 @@ pub async fn get(
         None => given.reply.held(&app.deliveries, &client, Instant::now() + app.config.queue.timeout()).await,
     };
     let body = Delivery::body(given.reply.bytes.clone(), share.ok_or(ApiError::Crowded)?);
-    head.with(&given.reply, given.was_kept, body)
+    let mut response = head.with(&given.reply, given.was_kept, body)?;
+    response.extensions_mut().insert(HasShare);
+    Ok(response)
 }
 
 /// The entity tag of a texture. Without an adapter there is none; one that is just being prepared is worth waiting for.

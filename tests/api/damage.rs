@@ -329,7 +329,7 @@ fn a_folder_that_is_gone_is_told_and_made_again_when_it_can_be() {
     let data = tempfile::tempdir().unwrap();
     let folder = data.path().join("data");
     let server = Server::start(&folder, &[], &[]);
-    crate::harness::eventually("readiness", || (server.get("/health/ready").status == 200).then_some(()));
+    server.is_ready();
     fs::remove_dir_all(&folder).unwrap();
     // Where the folder was there is a file, as when a disk is not there.
     fs::write(&folder, b"in the way").unwrap();

@@ -60,6 +60,13 @@ impl Answer {
         String::from_utf8_lossy(&self.body).chars().take(2000).collect()
     }
 
+    /// A value on a page of metrics.
+    pub(crate) fn metric(&self, name: &str) -> Option<f64> {
+        let text = std::str::from_utf8(&self.body).unwrap();
+        let value = text.lines().find_map(|line| line.strip_prefix(name)?.strip_prefix(' '))?;
+        Some(value.parse().unwrap())
+    }
+
     /// Checks everything a problem document has to have, and gives it.
     pub(crate) fn problem(&self, status: u16) -> Value {
         assert_eq!(self.status, status, "{}", self.text());
@@ -272,9 +279,12 @@ impl Server {
 
     /// The value of a metric, by its name and labels as they are written.
     pub(crate) fn metric(&self, name: &str) -> Option<f64> {
-        let text = String::from_utf8(self.get("/metrics").body).unwrap();
-        let value = text.lines().find_map(|line| line.strip_prefix(name)?.strip_prefix(' '))?;
-        Some(value.parse().unwrap())
+        self.get("/metrics").metric(name)
+    }
+
+    /// Waits until it renders: on a busy machine starting alone can take longer than a render may.
+    pub(crate) fn is_ready(&self) {
+        eventually("readiness", || (self.get("/health/ready").status == 200).then_some(()));
     }
 
     /// Nothing was lost: the server lives, keeps its skies and renders.

@@ -10,6 +10,7 @@ use crate::harness::{Server, program, scene};
 fn metrics_count_what_was_asked_and_every_reply_has_its_time() {
     let data = tempfile::tempdir().unwrap();
     let server = Server::with_settings(data.path(), "[server]\nadmin_listen = \"127.0.0.1:0\"\n");
+    server.is_ready();
     let sky = server.sky(&scene());
     let texture = format!("{sky}/shadow.f32?size=8");
     let made = server.get(&texture);

@@ -4,7 +4,7 @@ use std::fmt;
 use std::net::{SocketAddr, ToSocketAddrs as _};
 use std::str::FromStr;
 
-use serde::{Deserialize, Deserializer, Serialize, Serializer};
+use serde::{Deserialize, Serialize};
 
 /// Where to listen: as written, and the addresses that this means.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -81,19 +81,5 @@ impl From<SocketAddr> for Listen {
 impl fmt::Display for Listen {
     fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
         out.write_str(&self.text)
-    }
-}
-
-/// A place that may be left out, which an empty text says.
-pub(super) mod optional {
-    use super::{Deserialize as _, Deserializer, Listen, Serializer};
-
-    pub(in crate::config) fn serialize<S: Serializer>(place: &Option<Listen>, to: S) -> Result<S::Ok, S::Error> {
-        to.collect_str(place.as_ref().map_or("", |place| &place.text))
-    }
-
-    pub(in crate::config) fn deserialize<'de, D: Deserializer<'de>>(from: D) -> Result<Option<Listen>, D::Error> {
-        let text = String::deserialize(from)?;
-        if text.is_empty() { Ok(None) } else { text.parse().map(Some).map_err(<D::Error as serde::de::Error>::custom) }
     }
 }

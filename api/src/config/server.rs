@@ -6,7 +6,8 @@ use std::time::Duration;
 
 use serde::{Deserialize, Serialize};
 
-use super::listen::{Listen, optional};
+use super::listen::Listen;
+use super::optional;
 use crate::client::Network;
 
 /// `[server]`: address, folders and connection times.
