@@ -126,7 +126,7 @@ impl Line {
     /// Waits until small jobs wait behind a large one; false when the line is closed.
     pub(super) fn needs_help(&self) -> bool {
         let mut state = self.lock();
-        while !state.is_closed && !(state.is_helped() && state.orders.length(false).0 > 0) {
+        while !(state.is_closed || state.is_helped() && state.orders.length(false).0 > 0) {
             state = self.changed.wait(state).unwrap_or_else(PoisonError::into_inner);
         }
         !state.is_closed
