@@ -95,7 +95,7 @@ impl Default for Limits {
             sky_store_bytes: 4 << 30,
             image_store_bytes: 4 << 30,
             upload_memory_bytes: 512 << 20,
-            reply_memory_bytes: 1 << 30,
+            reply_memory_bytes: 2 << 30,
             streams: 256,
         }
     }
