@@ -123,10 +123,11 @@ impl Line {
         }
     }
 
-    /// Waits until small jobs wait behind a large one; false when the line is closed.
+    /// Waits until a large job runs, behind which small ones would wait; false when the line is closed. A renderer takes seconds
+    /// to make: none that had to be made first would be of help.
     pub(super) fn needs_help(&self) -> bool {
         let mut state = self.lock();
-        while !(state.is_closed || state.is_helped() && state.orders.length(false).0 > 0) {
+        while !(state.is_closed || state.is_helped()) {
             state = self.changed.wait(state).unwrap_or_else(PoisonError::into_inner);
         }
         !state.is_closed

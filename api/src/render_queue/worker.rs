@@ -106,7 +106,7 @@ impl Worker {
         }
     }
 
-    /// Takes small jobs while the main thread is at a large one, with a renderer that is made when that first happens.
+    /// Takes small jobs while the main thread is at a large one, with a renderer that is made when the first large one runs.
     pub(super) fn help(&self) {
         let mut begin_with = None;
         while begin_with.is_some() || self.line.needs_help() {
