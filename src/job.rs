@@ -60,7 +60,7 @@ impl Job {
         let plan = Plan::new(&request);
         let shown = request.texture().shows_the_scene();
         let mixes = if shown { scene.mixes() } else { Vec::new() };
-        let air = if shown { air_mix(&scene, &images, &plan, library)? } else { None };
+        let air = if shown { air_mix(&scene, &images, &plan, library, &|_| progress(0.0))? } else { None };
         // The air takes two parts of the work: without clouds, and with them when their droplets are known.
         let all = mixes.len() + if air.is_some() { 2 } else { 0 };
         let begun = |done: usize| move |part: f64| progress((done as f64 + part) / all as f64);

@@ -26,7 +26,7 @@ pub enum AirError {
 }
 
 /// The air of a scene, if it has any, as its tables depend on it. `images` are those that the scene names. Waits for the optics
-/// of its aerosol, which come from the library.
+/// of its aerosol, which come from the library; `progress` gets 0 to 1 while they are made.
 ///
 /// # Errors
 /// The image of the ground's albedo is not among them, or its aerosol has no optics.
@@ -35,10 +35,11 @@ pub fn air_mix(
     images: &HashMap<String, Arc<Image>>,
     plan: &Plan,
     library: &TableLibrary,
+    progress: &(dyn Fn(f64) + Sync),
 ) -> Result<Option<AirMix>, AirError> {
     let Atmosphere::Air(column) = &scene.atmosphere else { return Ok(None) };
     let ground = GroundMap::new(&scene.ground.albedo, images)?.mean();
-    let aerosol = library.aerosol(&column.aerosol, plan.spectrum.wavelengths_nm(), &|_| ())?;
+    let aerosol = library.aerosol(&column.aerosol, plan.spectrum.wavelengths_nm(), progress)?;
     Ok(Some(AirMix::new(plan.spectrum, column.clone(), aerosol, ground, plan.tolerance)))
 }
 

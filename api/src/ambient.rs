@@ -1,6 +1,8 @@
 //! The sky's light as nine numbers a colour, for engines that light by spherical harmonics.
 
 use crate::app::App;
+use crate::client::Client;
+use crate::config::Limits;
 use crate::problem::{ApiError, FieldProblem, field_problems};
 use crate::textures;
 use axum::Json;
@@ -23,6 +25,7 @@ pub async fn get(
     State(app): State<Arc<App>>,
     Path(id): Path<String>,
     Query(mut query): Query<Vec<(String, String)>>,
+    client: Client,
 ) -> Result<Response, ApiError> {
     let scene = app.sky(&id).await?;
     let unknown = query.iter().find(|(name, _)| !PARAMETERS.contains(&name.as_str()));
@@ -35,9 +38,10 @@ pub async fn get(
         RequestError::Invalid(errors) => ApiError::InvalidQuery(field_problems(errors)),
         other => ApiError::Internal(other.to_string()),
     })?;
-    let request = textures::fitted(&scene, &request, app.config.limits.max_side.max(ROWS));
+    let limits = Limits { max_side: app.config.limits.max_side.max(ROWS), ..app.config.limits.clone() };
+    let request = textures::fitted(&scene, &request, &limits);
     let request = request.map_err(ApiError::InvalidQuery)?;
-    let given = textures::given(&app, &id, &scene, request).await?;
+    let given = textures::given(&app, &id, &scene, request, &client).await?;
     let numbers = given.reply.bytes.as_chunks::<4>().0.iter().map(|bytes| f32::from_le_bytes(*bytes));
     let ambient = Ambient::of_panorama(&numbers.collect::<Vec<_>>(), [2 * ROWS, ROWS]);
     let answer = json!({

@@ -3,26 +3,29 @@
 use std::fmt;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
-use std::time::{Duration, SystemTime, UNIX_EPOCH};
+use std::time::{SystemTime, UNIX_EPOCH};
 
 use skyloom::scene::Scene;
 use skyloom::store::{Folder, Store, StoreError};
-use skyloom::tables::{MixTables, TableError, TableLibrary};
-use tokio::sync::{OwnedSemaphorePermit, Semaphore, SemaphorePermit, watch};
+use skyloom::tables::TableLibrary;
+use tokio::sync::{OwnedSemaphorePermit, Semaphore, watch};
 
+use crate::budget::Budget;
 use crate::config::Config;
+use crate::connections::Connections;
+use crate::gate::Gate;
 use crate::images::ImageStore;
+use crate::metrics::Metrics;
 use crate::problem::ApiError;
 use crate::render_queue::{Factory, RenderQueue};
 use crate::replies::Replies;
 use crate::shelf::Quota;
 use crate::single_flight::SingleFlight;
 use crate::skies::SkyStore;
+use crate::store_health::Watched;
 
 /// Images taken in or decoded at a time: each may need a few hundred megabytes.
 const IMAGE_WORK: usize = 2;
-/// Images received at a time: each may hold a body of the largest size.
-const UPLOADS: usize = 16;
 /// Tables made at a time: each uses all cores, and up to a gigabyte for the finest.
 const TABLE_WORK: usize = 2;
 
@@ -32,6 +35,8 @@ pub struct App {
     pub config: Config,
     /// Tables of droplet mixes.
     pub library: Arc<TableLibrary>,
+    /// Where everything is kept.
+    pub store: Arc<Watched>,
     /// Registered skies.
     pub skies: SkyStore,
     /// Uploaded images.
@@ -40,11 +45,20 @@ pub struct App {
     pub queue: RenderQueue,
     /// Encoded replies by entity tag.
     pub replies: Replies,
-    /// Tables being made or loaded.
-    pub tables: SingleFlight<Result<Arc<MixTables>, TableError>>,
-    image_work: Semaphore,
-    uploads: Semaphore,
-    table_work: Semaphore,
+    /// Tables being made.
+    pub tables: SingleFlight<Result<(), ApiError>>,
+    /// Leave to make tables.
+    pub table_work: Arc<Gate>,
+    /// Leave to decode images.
+    pub image_work: Arc<Gate>,
+    /// Memory for replies on their way.
+    pub deliveries: Arc<Budget>,
+    /// Memory for bodies of requests.
+    pub uploads: Arc<Budget>,
+    /// What is counted.
+    pub metrics: Metrics,
+    /// The connections that are open.
+    pub connections: Arc<Connections>,
     streams: Arc<Semaphore>,
     stopping: watch::Sender<bool>,
     draining: AtomicBool,
@@ -98,19 +112,29 @@ impl App {
     pub fn open(config: Config, factory: Factory) -> Result<Self, OpenError> {
         let folder = Folder::new(&config.server.data);
         folder.prepare(&["skies", "images", "tables"])?;
-        let store: Arc<dyn Store> = Arc::new(folder);
+        Self::over(config, factory, Arc::new(folder))
+    }
+
+    /// The same over a store.
+    pub fn over(config: Config, factory: Factory, store: Arc<dyn Store>) -> Result<Self, OpenError> {
+        let watched = Arc::new(Watched::new(store));
+        let store: Arc<dyn Store> = Arc::<Watched>::clone(&watched);
         let (limits, cache) = (&config.limits, &config.cache);
         let started = SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |since| since.as_secs());
         Ok(Self {
+            store: watched,
             library: Arc::new(TableLibrary::new(Some(Arc::clone(&store)))),
             skies: SkyStore::open(Arc::clone(&store), Quota { count: limits.skies, bytes: limits.sky_store_bytes })?,
             images: ImageStore::open(store, limits.image(), limits.image_store_bytes, cache.image_memory_bytes)?,
             queue: RenderQueue::start(factory, config.queue.depth).map_err(OpenError::Thread)?,
             replies: Replies::new(cache.memory_bytes),
             tables: SingleFlight::default(),
-            image_work: Semaphore::new(IMAGE_WORK),
-            uploads: Semaphore::new(UPLOADS),
-            table_work: Semaphore::new(TABLE_WORK),
+            image_work: Gate::new(IMAGE_WORK),
+            deliveries: Arc::new(Budget::new(limits.reply_memory_bytes)),
+            uploads: Arc::new(Budget::new(limits.upload_memory_bytes)),
+            metrics: Metrics::default(),
+            connections: Arc::default(),
+            table_work: Gate::new(TABLE_WORK),
             streams: Arc::new(Semaphore::new(limits.streams)),
             stopping: watch::Sender::new(false),
             draining: AtomicBool::new(false),
@@ -127,21 +151,6 @@ impl App {
         }
         let (app, id) = (Arc::clone(self), id.to_owned());
         blocking(move || app.skies.get(&id)).await
-    }
-
-    /// Waits for leave to decode an image.
-    pub async fn image_work(&self) -> Result<SemaphorePermit<'_>, ApiError> {
-        self.image_work.acquire().await.map_err(|error| ApiError::Internal(error.to_string()))
-    }
-
-    /// Waits for leave to take in an image.
-    pub async fn upload(&self) -> Result<SemaphorePermit<'_>, ApiError> {
-        self.uploads.acquire().await.map_err(|error| ApiError::Internal(error.to_string()))
-    }
-
-    /// Waits for leave to make tables.
-    pub async fn table_work(&self) -> Result<SemaphorePermit<'_>, ApiError> {
-        self.table_work.acquire().await.map_err(|error| ApiError::Internal(error.to_string()))
     }
 
     /// A place for a stream of events; it is given back when dropped.
@@ -179,10 +188,5 @@ impl App {
     /// A name for a request in the log and in problem documents: unlike any other, also over restarts.
     pub fn request_id(&self) -> String {
         format!("{:x}-{:x}", self.started, self.requests.fetch_add(1, Ordering::Relaxed))
-    }
-
-    /// How long a body may take.
-    pub fn body_timeout(&self) -> Duration {
-        Duration::from_secs(self.config.server.body_timeout_s)
     }
 }

@@ -1,15 +1,20 @@
 //! Reading request bodies within limits of size and time, compressed ones too.
 
 use std::io::Read as _;
-use std::time::Duration;
+use std::sync::Arc;
+use std::time::{Duration, Instant};
 
 use axum::body::Body;
+use axum::http::request::Parts;
 use axum::http::{HeaderMap, header};
 use flate2::bufread::MultiGzDecoder;
 use flate2::{Decompress, DecompressError, FlushDecompress, Status};
 use http_body_util::BodyExt as _;
 
-use crate::app::blocking;
+use crate::app::{App, blocking};
+use crate::budget::Share;
+use crate::client::Client;
+use crate::connections::Connection;
 use crate::problem::ApiError;
 
 /// How bodies may be compressed, as the header `Accept-Encoding` of a refusal says.
@@ -18,36 +23,54 @@ pub const CODINGS: &str = "gzip, deflate";
 /// A client that sends too much is read on for this long, so that it sees the 413 instead of a reset connection.
 const DRAIN: Duration = Duration::from_secs(5);
 
-/// Reads a body of at most `limit` bytes, as sent and as it was before it was compressed, within `timeout`.
-pub async fn read(headers: &HeaderMap, body: Body, limit: usize, timeout: Duration) -> Result<Vec<u8>, ApiError> {
-    let coding = coding(headers)?;
-    let bytes = received(headers, body, limit, timeout).await?;
-    match coding {
-        None => Ok(bytes),
-        Some(coding) => blocking(move || coding.decoded(&bytes, limit)).await,
-    }
+/// A body in memory, with its share of what bodies may take.
+#[derive(Debug)]
+pub struct Taken {
+    /// As it was before it was compressed.
+    pub bytes: Vec<u8>,
+    _share: Share,
 }
 
-/// The bytes as they were sent.
-async fn received(headers: &HeaderMap, body: Body, limit: usize, timeout: Duration) -> Result<Vec<u8>, ApiError> {
-    let too_large = || ApiError::TooLarge(format!("the body is larger than {limit} bytes"));
-    let announced = headers.get(header::CONTENT_LENGTH).and_then(|value| value.to_str().ok()?.parse::<u64>().ok());
+/// Reads a body of at most `limit` bytes, as sent and as it was before it was compressed. Room for all of it is found first,
+/// so that what is begun can be finished; a client that then sends slowly is cut off before long.
+pub async fn read(app: &App, parts: &Parts, body: Body, limit: usize) -> Result<Taken, ApiError> {
+    let coding = coding(&parts.headers)?;
+    let announced = announced(&parts.headers);
     if announced.is_some_and(|length| length > limit as u64) {
         // A client that asked whether to go on has sent nothing yet and gets its answer at once.
-        if !headers.contains_key(header::EXPECT) {
+        if !parts.headers.contains_key(header::EXPECT) {
             drain(body).await;
         }
-        return Err(too_large());
+        return Err(too_large(limit));
     }
-    match tokio::time::timeout(timeout, collect(body, limit)).await {
-        Ok(Ok(Collected::Whole(bytes))) => Ok(bytes),
-        Ok(Ok(Collected::TooLarge(rest))) => {
+    let deadline = Instant::now() + app.config.server.body_timeout();
+    let client = parts.extensions.get::<Client>().cloned().unwrap_or_default();
+    let room = announced.unwrap_or(limit as u64) + if coding.is_some() { limit as u64 } else { 0 };
+    // Also while it waits for room: whoever sends bodies gives way to others first.
+    let waits = parts.extensions.get::<Arc<Connection>>().map(Connection::awaits_body);
+    let share = app.uploads.take(&client, room, deadline).await.ok_or(ApiError::Crowded)?;
+    let collected = tokio::time::timeout_at(deadline.into(), collect(body, limit, app)).await;
+    drop(waits);
+    let bytes = match collected.unwrap_or(Err(ApiError::SlowBody))? {
+        Collected::Whole(bytes) => bytes,
+        Collected::TooLarge(rest) => {
             drain(rest).await;
-            Err(too_large())
+            return Err(too_large(limit));
         }
-        Ok(Err(error)) => Err(ApiError::Unreadable(format!("the body broke off: {error}"))),
-        Err(_elapsed) => Err(ApiError::SlowBody),
-    }
+    };
+    let bytes = match coding {
+        None => bytes,
+        Some(coding) => blocking(move || coding.decoded(&bytes, limit)).await?,
+    };
+    Ok(Taken { bytes, _share: share })
+}
+
+fn announced(headers: &HeaderMap) -> Option<u64> {
+    headers.get(header::CONTENT_LENGTH)?.to_str().ok()?.parse().ok()
+}
+
+fn too_large(limit: usize) -> ApiError {
+    ApiError::TooLarge(format!("the body is larger than {limit} bytes"))
 }
 
 enum Collected {
@@ -55,17 +78,29 @@ enum Collected {
     TooLarge(Body),
 }
 
-async fn collect(mut body: Body, limit: usize) -> Result<Collected, axum::Error> {
-    let mut bytes = Vec::new();
-    while let Some(frame) = body.frame().await {
-        if let Ok(data) = frame?.into_data() {
-            if bytes.len() + data.len() > limit {
-                return Ok(Collected::TooLarge(body));
+/// The bytes as they were sent. In every span of the stall's length enough of them have to come.
+async fn collect(mut body: Body, limit: usize, app: &App) -> Result<Collected, ApiError> {
+    let settings = &app.config.server;
+    let span = settings.stall_timeout();
+    let least = settings.least_bytes(span).max(1);
+    let (mut bytes, mut end, mut came) = (Vec::new(), Instant::now() + span, 0);
+    loop {
+        let frame = match tokio::time::timeout_at(end.into(), body.frame()).await {
+            Ok(None) => return Ok(Collected::Whole(bytes)),
+            Ok(Some(frame)) => frame.map_err(|error| ApiError::Unreadable(format!("the body broke off: {error}")))?,
+            Err(_elapsed) if came < least => return Err(ApiError::SlowBody),
+            Err(_elapsed) => {
+                (end, came) = (Instant::now() + span, 0);
+                continue;
             }
-            bytes.extend_from_slice(&data);
+        };
+        let Ok(data) = frame.into_data() else { continue };
+        if bytes.len() + data.len() > limit {
+            return Ok(Collected::TooLarge(body));
         }
+        came += data.len() as u64;
+        bytes.extend_from_slice(&data);
     }
-    Ok(Collected::Whole(bytes))
 }
 
 async fn drain(mut body: Body) {

@@ -2,7 +2,7 @@
 
 use std::ffi::OsString;
 use std::fmt::Write as _;
-use std::io::{IsTerminal as _, Write as _};
+use std::io::Write as _;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
@@ -10,8 +10,8 @@ use clap::{Arg, ArgAction, ArgMatches, Command, value_parser};
 use skyloom::chart::CHARTS;
 use skyloom::request::{QUERY_PARAMETERS, TextureKind};
 
-use crate::config::{Config, Listen};
-use crate::serve;
+use crate::config::{Config, Listen, LogFormat};
+use crate::{logs, serve};
 
 mod chart;
 mod fault;
@@ -48,12 +48,9 @@ fn run(arguments: impl IntoIterator<Item = OsString>) -> Result<(), Fault> {
         Err(error) => return Err(Fault::Usage(error.to_string())),
     };
     match matches.subcommand() {
-        Some(("serve", options)) => {
-            log("info");
-            serve_command(options)
-        }
+        Some(("serve", options)) => serve_command(options),
         Some((name, options)) => {
-            log("warn");
+            logs::start("warn", LogFormat::Text);
             match name {
                 "render" => render::command(options),
                 "plan" => render::plan(options),
@@ -251,18 +248,6 @@ fn with_query(command: Command) -> Command {
     })
 }
 
-/// The command's log goes to stderr, whatever it prints on stdout.
-fn log(level: &str) {
-    use tracing_subscriber::EnvFilter;
-    let default = || EnvFilter::new(format!("{level},wgpu_core=warn,wgpu_hal=error,naga=warn"));
-    let filter = EnvFilter::try_from_env("SKYLOOM_LOG").unwrap_or_else(|_| default());
-    tracing_subscriber::fmt()
-        .with_env_filter(filter)
-        .with_writer(std::io::stderr)
-        .with_ansi(std::io::stderr().is_terminal())
-        .init();
-}
-
 fn serve_command(options: &ArgMatches) -> Result<(), Fault> {
     let mut config = match options.get_one::<PathBuf>("config") {
         Some(path) => Config::load(path).map_err(|error| Fault::Usage(error.to_string()))?,
@@ -275,6 +260,7 @@ fn serve_command(options: &ArgMatches) -> Result<(), Fault> {
         config.server.data.clone_from(data);
     }
     config.check().map_err(|error| Fault::Usage(error.to_string()))?;
+    logs::start("info", config.log.format);
     serve::serve(config).map_err(|error| Fault::Failure(error.to_string()))
 }
 

@@ -1,13 +1,27 @@
 //! Settings of the server. Defaults live here and only here; `config/skyloom.toml` spells them out with comments.
 
 use std::fmt;
-use std::net::{SocketAddr, ToSocketAddrs as _};
+use std::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
-use std::str::FromStr;
-use std::time::Duration;
 
 use serde::{Deserialize, Serialize};
+
+mod access;
+mod limits;
+mod listen;
+mod optional;
+mod server;
+
+pub use access::{Access, Key, Right};
+pub use limits::{Cache, Limits, Log, LogFormat, Queue, Render};
+pub use listen::{Listen, ListenError};
+pub use server::Server;
 use skyloom::scene::Scene;
+
+/// Longest time, s.
+const DAY_S: u64 = 86_400;
+/// Most bytes of anything together: 1 PiB.
+const MOST_BYTES: u64 = 1 << 50;
 
 /// Everything that can be set in `skyloom.toml`.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -23,158 +37,10 @@ pub struct Config {
     pub cache: Cache,
     /// The graphics device.
     pub render: Render,
-}
-
-/// `[server]`: address, folders and connection times.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct Server {
-    /// Address or host name, and port, to listen on; port 0 picks a free one.
-    pub listen: Listen,
-    /// Folder of registered skies, images and computed tables.
-    pub data: PathBuf,
-    /// Permits an address that other machines can reach; there is no authentication.
-    pub allow_remote: bool,
-    /// Connections served at a time; more wait to be accepted.
-    pub connections: usize,
-    /// Seconds a client may take to send the head of a request, and a connection may idle.
-    pub header_timeout_s: u64,
-    /// Seconds a client may take to send a body.
-    pub body_timeout_s: u64,
-    /// Seconds between SIGTERM, when readiness ends, and closing the listener.
-    pub drain_s: u64,
-    /// Seconds that running requests get to finish once the listener is closed.
-    pub grace_s: u64,
-}
-
-/// Where to listen: as written, and the addresses that this means.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(try_from = "String", into = "String")]
-pub struct Listen {
-    text: String,
-    addresses: Vec<SocketAddr>,
-}
-
-impl Listen {
-    /// The addresses in the order in which they are tried: a host name may stand for several.
-    pub fn addresses(&self) -> &[SocketAddr] {
-        &self.addresses
-    }
-}
-
-/// Why a text says no place to listen at.
-#[derive(Debug, thiserror::Error)]
-pub enum ListenError {
-    /// No port, or no host before it.
-    #[error("{0:?} names no port; {EXPECTED}")]
-    NoPort(String),
-    /// Neither an address nor a name that is known.
-    #[error("{0:?} is no address: {1}; {EXPECTED}")]
-    NoAddress(String, std::io::Error),
-    /// A name that is known without an address.
-    #[error("{0:?} stands for no address; {EXPECTED}")]
-    Nothing(String),
-}
-
-/// What a place to listen at looks like.
-const EXPECTED: &str = "ADDRESS:PORT or HOST:PORT is expected, such as 127.0.0.1:8080, [::1]:8080 or localhost:8080";
-
-impl FromStr for Listen {
-    type Err = ListenError;
-
-    fn from_str(text: &str) -> Result<Self, ListenError> {
-        let has_port =
-            text.rsplit_once(':').is_some_and(|(host, port)| !host.is_empty() && port.parse::<u16>().is_ok());
-        if !has_port {
-            return Err(ListenError::NoPort(text.to_owned()));
-        }
-        let found = text.to_socket_addrs().map_err(|error| ListenError::NoAddress(text.to_owned(), error))?;
-        let mut addresses: Vec<_> = found.collect();
-        // Of a name that stands for both kinds, the one that older clients reach too.
-        addresses.sort_by_key(SocketAddr::is_ipv6);
-        if addresses.is_empty() {
-            return Err(ListenError::Nothing(text.to_owned()));
-        }
-        Ok(Self { text: text.to_owned(), addresses })
-    }
-}
-
-impl TryFrom<String> for Listen {
-    type Error = ListenError;
-
-    fn try_from(text: String) -> Result<Self, ListenError> {
-        text.parse()
-    }
-}
-
-impl From<Listen> for String {
-    fn from(listen: Listen) -> Self {
-        listen.text
-    }
-}
-
-impl From<SocketAddr> for Listen {
-    fn from(address: SocketAddr) -> Self {
-        Self { text: address.to_string(), addresses: vec![address] }
-    }
-}
-
-impl fmt::Display for Listen {
-    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
-        out.write_str(&self.text)
-    }
-}
-
-/// `[limits]`: largest things a request may ask for or send.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct Limits {
-    /// Bytes of a scene.
-    pub scene_bytes: usize,
-    /// Bytes of an image file.
-    pub image_bytes: usize,
-    /// Texels along either side of an image.
-    pub image_side: u32,
-    /// Texels of an image.
-    pub image_texels: u64,
-    /// Texels a side of a texture.
-    pub max_side: u32,
-    /// Registered skies.
-    pub skies: usize,
-    /// Bytes of all registered skies together.
-    pub sky_store_bytes: u64,
-    /// Bytes of all stored images together.
-    pub image_store_bytes: u64,
-    /// Streams of events open at a time; each holds one of `server.connections`.
-    pub streams: usize,
-}
-
-/// `[queue]`: the queue in front of the render thread.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct Queue {
-    /// Renders that may wait; one more is answered 503.
-    pub depth: usize,
-    /// Seconds from entering the queue to the finished picture; later is answered 504.
-    pub timeout_s: u64,
-}
-
-/// `[cache]`: memory kept for quick answers.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct Cache {
-    /// Bytes of encoded replies.
-    pub memory_bytes: u64,
-    /// Bytes of decoded images.
-    pub image_memory_bytes: u64,
-}
-
-/// `[render]`: the graphics device.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct Render {
-    /// Part of the name of the adapter to use; empty picks the best one.
-    pub adapter: String,
+    /// Who may do what.
+    pub access: Access,
+    /// The log.
+    pub log: Log,
 }
 
 /// Why settings were refused.
@@ -186,8 +52,12 @@ pub enum ConfigError {
     Invalid(PathBuf, toml::de::Error),
     /// Other machines could reach the address, and nothing says that they may.
     Remote(Listen),
-    /// A number that must be at least 1; its key.
-    Zero(&'static str),
+    /// A number outside what works: its key, itself, what is allowed.
+    Range(&'static str, u64, RangeInclusive<u64>),
+    /// A key that cannot be used: its number in the list, and why.
+    Key(usize, &'static str),
+    /// A tolerance that is none.
+    Tolerance(f64),
     /// Streams would keep all other requests out.
     Streams {
         /// `limits.streams`.
@@ -204,10 +74,14 @@ impl fmt::Display for ConfigError {
             Self::Invalid(path, cause) => write!(out, "{}: {cause}", path.display()),
             Self::Remote(listen) => write!(
                 out,
-                "server.listen = {listen}: other machines could reach this address and the server has no authentication. \
-                 Listen on 127.0.0.1 behind a proxy, or set server.allow_remote = true in the settings file"
+                "server.listen = {listen}: other machines could reach this address, and everybody may write. Give keys in \
+                 access.keys, listen on 127.0.0.1 behind a proxy, or set server.allow_remote = true in the settings file"
             ),
-            Self::Zero(key) => write!(out, "{key} = 0: must be at least 1"),
+            Self::Range(key, value, allowed) => {
+                write!(out, "{key} = {value}: allowed are {} to {}", allowed.start(), allowed.end())
+            }
+            Self::Key(number, fault) => write!(out, "access.keys[{number}].{fault}"),
+            Self::Tolerance(value) => write!(out, "limits.least_tolerance = {value}: allowed are 0 to 1"),
             Self::Streams { streams, connections } => write!(
                 out,
                 "limits.streams = {streams}: must be below server.connections = {connections}, or streams would keep all \
@@ -219,70 +93,6 @@ impl fmt::Display for ConfigError {
 
 impl std::error::Error for ConfigError {}
 
-impl Default for Server {
-    fn default() -> Self {
-        Self {
-            listen: SocketAddr::from(([127, 0, 0, 1], 8080)).into(),
-            data: PathBuf::from("./data"),
-            allow_remote: false,
-            connections: 512,
-            header_timeout_s: 30,
-            body_timeout_s: 30,
-            drain_s: 0,
-            grace_s: 30,
-        }
-    }
-}
-
-impl Default for Limits {
-    fn default() -> Self {
-        Self {
-            scene_bytes: Scene::MAX_BYTES,
-            image_bytes: 64 << 20,
-            image_side: 8192,
-            image_texels: 4096 * 4096,
-            max_side: 4096,
-            skies: 10_000,
-            sky_store_bytes: 4 << 30,
-            image_store_bytes: 4 << 30,
-            streams: 256,
-        }
-    }
-}
-
-impl Default for Queue {
-    fn default() -> Self {
-        Self { depth: 32, timeout_s: 30 }
-    }
-}
-
-impl Default for Cache {
-    fn default() -> Self {
-        Self { memory_bytes: 256 << 20, image_memory_bytes: 512 << 20 }
-    }
-}
-
-impl Queue {
-    /// Time from entering the queue to the finished picture.
-    pub fn timeout(&self) -> Duration {
-        Duration::from_secs(self.timeout_s)
-    }
-}
-
-impl Render {
-    /// The wanted adapter, or none when any will do.
-    pub fn wanted(&self) -> Option<String> {
-        Some(self.adapter.clone()).filter(|name| !name.is_empty())
-    }
-}
-
-impl Limits {
-    /// Limits that the image decoder enforces before it allocates.
-    pub fn image(&self) -> skyloom::image::ImageLimits {
-        skyloom::image::ImageLimits { max_side: self.image_side, max_texels: self.image_texels }
-    }
-}
-
 impl Config {
     /// Reads a settings file; the error names file, line and key of what is wrong.
     pub fn load(path: &Path) -> Result<Self, ConfigError> {
@@ -293,31 +103,66 @@ impl Config {
     /// Refuses settings that cannot work or that would expose the server unasked.
     pub fn check(&self) -> Result<(), ConfigError> {
         let server = &self.server;
-        let is_remote = server.listen.addresses().iter().any(|address| !address.ip().is_loopback());
-        if is_remote && !server.allow_remote {
-            return Err(ConfigError::Remote(server.listen.clone()));
+        let listens = [Some(&server.listen), server.admin_listen.as_ref()];
+        let is_remote = |listen: &&Listen| listen.addresses().iter().any(|address| !address.ip().is_loopback());
+        if let Some(listen) = listens.into_iter().flatten().find(is_remote)
+            && !server.allow_remote
+            && self.access.anybody_writes()
+        {
+            return Err(ConfigError::Remote(listen.clone()));
         }
-        let positive = [
-            ("server.connections", server.connections as u64),
-            ("server.header_timeout_s", server.header_timeout_s),
-            ("server.body_timeout_s", server.body_timeout_s),
-            ("limits.scene_bytes", self.limits.scene_bytes as u64),
-            ("limits.image_bytes", self.limits.image_bytes as u64),
-            ("limits.image_side", u64::from(self.limits.image_side)),
-            ("limits.image_texels", self.limits.image_texels),
-            ("limits.max_side", u64::from(self.limits.max_side)),
-            ("limits.skies", self.limits.skies as u64),
-            ("limits.sky_store_bytes", self.limits.sky_store_bytes),
-            ("queue.depth", self.queue.depth as u64),
-            ("queue.timeout_s", self.queue.timeout_s),
-        ];
-        if let Some((key, _)) = positive.iter().find(|(_, value)| *value == 0) {
-            return Err(ConfigError::Zero(key));
+        for (number, key) in self.access.keys.iter().enumerate() {
+            if let Some(fault) = key.fault() {
+                return Err(ConfigError::Key(number, fault));
+            }
+        }
+        for (key, value, allowed) in self.ranges() {
+            if !allowed.contains(&value) {
+                return Err(ConfigError::Range(key, value, allowed));
+            }
+        }
+        if !(0.0..=1.0).contains(&self.limits.least_tolerance) {
+            return Err(ConfigError::Tolerance(self.limits.least_tolerance));
         }
         if self.limits.streams >= server.connections {
             return Err(ConfigError::Streams { streams: self.limits.streams, connections: server.connections });
         }
         Ok(())
+    }
+
+    /// Every number with the range in which it works: beyond, times overflow the clock, and memory, handles or threads do not
+    /// suffice on any machine.
+    fn ranges(&self) -> Vec<(&'static str, u64, RangeInclusive<u64>)> {
+        let Self { server, limits, queue, cache, .. } = self;
+        let seconds = |key, value: u64, least| (key, value, least..=DAY_S);
+        let bytes = |key, value: u64, least| (key, value, least..=MOST_BYTES);
+        let count = |key, value: usize, most| (key, value as u64, 1..=most);
+        vec![
+            count("server.connections", server.connections, 100_000),
+            count("server.connections_per_client", server.connections_per_client, 100_000),
+            seconds("server.idle_timeout_s", server.idle_timeout_s, 1),
+            seconds("server.header_timeout_s", server.header_timeout_s, 1),
+            seconds("server.body_timeout_s", server.body_timeout_s, 1),
+            seconds("server.stall_timeout_s", server.stall_timeout_s, 1),
+            ("server.least_rate", server.least_rate, 0..=1 << 30),
+            seconds("server.drain_s", server.drain_s, 0),
+            seconds("server.grace_s", server.grace_s, 0),
+            ("limits.scene_bytes", limits.scene_bytes as u64, 1..=1 << 30),
+            ("limits.image_bytes", limits.image_bytes as u64, 1..=4 << 30),
+            ("limits.image_side", u64::from(limits.image_side), 1..=65_536),
+            ("limits.image_texels", limits.image_texels, 1..=1 << 32),
+            ("limits.max_side", u64::from(limits.max_side), 1..=u64::from(Scene::MAX_SIDE)),
+            count("limits.skies", limits.skies, 100_000_000),
+            bytes("limits.sky_store_bytes", limits.sky_store_bytes, 1),
+            bytes("limits.image_store_bytes", limits.image_store_bytes, 0),
+            bytes("limits.upload_memory_bytes", limits.upload_memory_bytes, 1),
+            bytes("limits.reply_memory_bytes", limits.reply_memory_bytes, 1),
+            ("limits.streams", limits.streams as u64, 0..=100_000),
+            count("queue.depth", queue.depth, 100_000),
+            seconds("queue.timeout_s", queue.timeout_s, 1),
+            bytes("cache.memory_bytes", cache.memory_bytes, 0),
+            bytes("cache.image_memory_bytes", cache.image_memory_bytes, 0),
+        ]
     }
 }
 
@@ -373,5 +218,14 @@ mod tests {
         assert!(config.check().unwrap_err().to_string().contains("allow_remote"));
         config.server.allow_remote = true;
         config.check().unwrap();
+        config.server.allow_remote = false;
+        config.access.keys.push(Key { name: "a".into(), sha256: "0".repeat(64), rights: vec![Right::Admin] });
+        config.access.anonymous = vec![Right::Read];
+        config.check().unwrap();
+        config.access.anonymous.push(Right::Register);
+        assert!(config.check().unwrap_err().to_string().contains("everybody may write"));
+        config.access.keys[0].sha256.pop();
+        config.access.anonymous.clear();
+        assert!(config.check().unwrap_err().to_string().contains("access.keys[0].sha256"));
     }
 }

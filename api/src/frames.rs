@@ -53,7 +53,7 @@ pub async fn get(
     let scene = app.sky(&id).await?;
     // A version is taken as by the textures, without effect: the links carry the present one.
     let version = version::take(&mut query);
-    let wanted = query::read(&query, &scene, app.config.limits.max_side, clock::now_ms());
+    let wanted = query::read(&query, &scene, &app.config.limits, clock::now_ms());
     let wanted = version::with(version, wanted).map_err(ApiError::InvalidQuery)?.1;
     let place = app.stream()?;
     let left = wanted.count;

@@ -1,6 +1,7 @@
 //! Uploaded images: stored as they came, under their SHA-256, and decoded when a render needs them.
 
 use std::collections::{HashMap, HashSet};
+use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
 
 use skyloom::image::{Image, ImageError, ImageLimits, sha256_hex};
@@ -44,7 +45,7 @@ enum Fault {
     /// Its bytes are not those that its name was made from.
     Damaged,
     /// It is whole, but beyond the limits now in force, or of a kind that is no longer decoded.
-    Refused(ImageError),
+    Refused(Undecoded),
     /// The store could not.
     Store(StoreError),
 }
@@ -68,7 +69,10 @@ impl ImageStore {
 
     /// Checks that `bytes` is an image within the limits and stores it, also in place of one that is damaged.
     pub fn insert(&self, bytes: &[u8]) -> Result<Stored, ApiError> {
-        let image = skyloom::image::decode(bytes, &self.limits).map_err(refusal)?;
+        let image = decoded(bytes, &self.limits).map_err(|fault| match fault {
+            Undecoded::Refused(error) => refusal(error),
+            Undecoded::Panicked => ApiError::Unreadable(PANICKED.to_owned()),
+        })?;
         let sha256 = sha256_hex(bytes);
         let (width, height) = (image.width, image.height);
         let is_new = self.shelf.keep(&sha256, bytes).map_err(|error| match error {
@@ -116,7 +120,7 @@ impl ImageStore {
             let name = &reference.sha256;
             let decode = || {
                 let bytes = self.read(name)?;
-                skyloom::image::decode(&bytes, &self.limits).map(Arc::new).map_err(Fault::Refused)
+                decoded(&bytes, &self.limits).map(Arc::new).map_err(Fault::Refused)
             };
             match self.decoded.try_get_with(name.clone(), decode) {
                 Ok(image) => {
@@ -157,6 +161,32 @@ impl Fault {
             Self::Store(error) => return Err(error.clone().into()),
         };
         Ok(FieldProblem { pointer: reference.pointer.clone(), detail })
+    }
+}
+
+/// Why a file is no image.
+#[derive(Clone, Debug, thiserror::Error)]
+enum Undecoded {
+    /// The decoder says.
+    #[error(transparent)]
+    Refused(ImageError),
+    /// The decoder met what it was not made for.
+    #[error("{PANICKED}")]
+    Panicked,
+}
+
+/// What is said of a file on which a decoder panicked.
+const PANICKED: &str = "the image file is broken in a way that its decoder did not expect";
+
+/// Decodes a file. Decoders are large, and files come from anywhere: one that makes them panic is broken like any other.
+fn decoded(bytes: &[u8], limits: &ImageLimits) -> Result<Image, Undecoded> {
+    let decode = AssertUnwindSafe(|| skyloom::image::decode(bytes, limits));
+    match catch_unwind(decode) {
+        Ok(image) => image.map_err(Undecoded::Refused),
+        Err(_panic) => {
+            tracing::warn!(sha256 = sha256_hex(bytes), "a decoder panicked");
+            Err(Undecoded::Panicked)
+        }
     }
 }
 

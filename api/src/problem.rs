@@ -49,6 +49,45 @@ pub struct Problem {
     /// Wrong fields, one by one.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub errors: Vec<FieldProblem>,
+    /// Wrong fields beyond those that are listed.
+    #[serde(skip_serializing_if = "is_zero")]
+    pub more_errors: usize,
+}
+
+#[expect(clippy::trivially_copy_pass_by_ref, reason = "serde hands over a reference")]
+fn is_zero(number: &usize) -> bool {
+    *number == 0
+}
+
+/// Most characters of a detail, of a pointer and of a field's detail: what is told repeats what was sent, which may be long.
+const LONGEST: [usize; 3] = [1000, 160, 500];
+/// Most characters of all fields, and most fields.
+const MOST: (usize, usize) = (6000, 32);
+
+/// A text, cut to so many characters.
+fn cut(mut text: String, most: usize) -> String {
+    if let Some((end, _)) = text.char_indices().nth(most) {
+        text.truncate(end);
+        text.push('…');
+    }
+    text
+}
+
+/// As many fields as may be told, and how many are left out.
+fn listed(errors: Vec<FieldProblem>) -> (Vec<FieldProblem>, usize) {
+    let (count, mut length) = (errors.len(), 0);
+    let short = errors.into_iter().take(MOST.1).map(|FieldProblem { pointer, detail }| FieldProblem {
+        pointer: cut(pointer, LONGEST[1]),
+        detail: cut(detail, LONGEST[2]),
+    });
+    let told: Vec<_> = short
+        .take_while(|error| {
+            length += error.pointer.len() + error.detail.len();
+            length <= MOST.0
+        })
+        .collect();
+    let more = count - told.len();
+    (told, more)
 }
 
 /// A kind of problem, explained at `/problems/{slug}`.
@@ -77,13 +116,16 @@ kinds! {
         "The body is not well-formed JSON in UTF-8, the image file is broken, or what was compressed is not whole. The detail \
          says where reading stopped.";
     NO_ROUTE = "no-such-route", NOT_FOUND, "No such address",
-        "The routes are /v1/skies, /v1/images, /v1/presets, /v1/limits, /health/live, /health/ready and the viewer at /.";
+        "The routes are /v1/skies, /v1/images, /v1/presets, /v1/limits, /metrics, /health/live, /health/ready and the viewer at /.";
     NO_SKY = "unknown-sky", NOT_FOUND, "No such sky",
         "Skies are registered with POST /v1/skies, which answers with their id and links. One that was deleted, or that the disk damaged, can be registered again.";
     NO_TEXTURE = "unknown-texture", NOT_FOUND, "No such texture",
         "A texture's address is /v1/skies/{id}/{texture}.{format}; the links of GET /v1/skies/{id} list them.";
+    NO_KEY = "no-key", UNAUTHORIZED, "A key is needed",
+        "Send the header Authorization: Bearer KEY with a key of this server's settings (access.keys).";
+    FORBIDDEN = "forbidden", FORBIDDEN, "Not allowed", "The detail says what is missing: a right of the key, or a name in access.hosts or access.origins.";
     METHOD = "method-not-allowed", METHOD_NOT_ALLOWED, "Method not allowed", "The header Allow lists the methods of this address.";
-    SLOW_BODY = "slow-body", REQUEST_TIMEOUT, "The body took too long", "Send the body faster, or raise server.body_timeout_s.";
+    SLOW_BODY = "slow-body", REQUEST_TIMEOUT, "The body took too long", "Send the body faster: server.least_rate, server.stall_timeout_s and server.body_timeout_s say how fast.";
     TOO_LARGE = "too-large", PAYLOAD_TOO_LARGE, "Too large", "GET /v1/limits shows the limits; they are set in skyloom.toml.";
     MEDIA_TYPE = "unsupported-media-type", UNSUPPORTED_MEDIA_TYPE, "Unsupported media type",
         "Scenes are application/json; images are PNG or OpenEXR, sent as image/png, image/x-exr or application/octet-stream.";
@@ -99,7 +141,9 @@ kinds! {
         "A defect of the server. Its log has the cause under the request's name, which is the problem's `instance`.";
     NOT_READY = "not-ready", SERVICE_UNAVAILABLE, "Not ready to render",
         "No graphics device is available at the moment; the detail says why. Everything but textures works; retry after the time in Retry-After.";
-    BUSY = "busy", SERVICE_UNAVAILABLE, "Busy", "Too many renders are waiting. Retry after the time in Retry-After.";
+    BUSY = "busy", SERVICE_UNAVAILABLE, "Busy", "Too many renders are waiting, or too many of this client's while others ask too. Retry after the time in Retry-After, which is what those that wait are expected to take.";
+    CROWDED = "crowded", SERVICE_UNAVAILABLE, "Too much at once",
+        "The memory for what is being sent is taken: by other clients, or by other requests of this one, which may have half of it. Retry after the time in Retry-After.";
     STREAMS = "too-many-streams", SERVICE_UNAVAILABLE, "Too many streams",
         "As many streams of frames are open as limits.streams allows. Retry after the time in Retry-After, or ask for the textures by time.";
     DEADLINE = "deadline", GATEWAY_TIMEOUT, "The render took too long",
@@ -107,6 +151,8 @@ kinds! {
          the limit, or use `skyloom render`, which has none.";
     STORE_FULL = "store-full", INSUFFICIENT_STORAGE, "The store is full",
         "Delete skies that are no longer needed, or raise limits.skies or limits.image_store_bytes.";
+    STORE_FAILED = "store-failed", SERVICE_UNAVAILABLE, "The store cannot be used",
+        "The disk or the folder of the store fails; the detail says how. What is in memory goes on, and the server recovers by itself when the disk does.";
     OTHER = "other", BAD_REQUEST, "The request was refused", "The status says why.";
 }
 
@@ -121,6 +167,10 @@ pub enum ApiError {
     UnknownSky(String),
     /// Texture or format that does not exist.
     UnknownTexture(String),
+    /// No key, or one that is none.
+    NoKey,
+    /// Not allowed; why.
+    Forbidden(String),
     /// Body that took too long.
     SlowBody,
     /// Body or image beyond a limit.
@@ -141,14 +191,18 @@ pub enum ApiError {
     Internal(String),
     /// No graphics device; the reason.
     NotReady(String),
-    /// Queue full.
-    Busy,
+    /// Queue full; seconds until it will not be.
+    Busy(u32),
+    /// No memory free for what is sent to or fro.
+    Crowded,
     /// Streams of events all taken; how many there are.
     TooManyStreams(usize),
     /// Render not finished in time.
     Deadline,
     /// Store full; which one.
     StoreFull(String),
+    /// Store that cannot be read or written at the moment; why.
+    StoreFailed(String),
 }
 
 impl ApiError {
@@ -158,6 +212,8 @@ impl ApiError {
             Self::NoRoute => &NO_ROUTE,
             Self::UnknownSky(_) | Self::LostSky(_) => &NO_SKY,
             Self::UnknownTexture(_) => &NO_TEXTURE,
+            Self::NoKey => &NO_KEY,
+            Self::Forbidden(_) => &FORBIDDEN,
             Self::SlowBody => &SLOW_BODY,
             Self::TooLarge(_) => &TOO_LARGE,
             Self::MediaType(_) => &MEDIA_TYPE,
@@ -167,17 +223,20 @@ impl ApiError {
             Self::InvalidQuery(_) => &INVALID_QUERY,
             Self::Internal(_) => &INTERNAL,
             Self::NotReady(_) => &NOT_READY,
-            Self::Busy => &BUSY,
+            Self::Busy(_) => &BUSY,
+            Self::Crowded => &CROWDED,
             Self::TooManyStreams(_) => &STREAMS,
             Self::Deadline => &DEADLINE,
             Self::StoreFull(_) => &STORE_FULL,
+            Self::StoreFailed(_) => &STORE_FAILED,
         }
     }
 
     fn retry_after_s(&self) -> Option<u32> {
         match self {
             Self::NotReady(_) => Some(30),
-            Self::Busy => Some(2),
+            Self::Busy(seconds) => Some(*seconds),
+            Self::Crowded | Self::StoreFailed(_) => Some(10),
             Self::TooManyStreams(_) => Some(10),
             _ => None,
         }
@@ -202,12 +261,16 @@ impl ApiError {
             | Self::LostSky(detail)
             | Self::ContentCoding(detail)
             | Self::NotReady(detail)
-            | Self::StoreFull(detail) => detail,
+            | Self::StoreFull(detail)
+            | Self::Forbidden(detail)
+            | Self::StoreFailed(detail) => detail,
             Self::UnknownSky(id) => format!("no sky {id} is registered"),
             Self::NoRoute => NO_ROUTE.advice.to_owned(),
+            Self::NoKey => NO_KEY.advice.to_owned(),
             Self::SlowBody => SLOW_BODY.advice.to_owned(),
             Self::Internal(_) => INTERNAL.advice.to_owned(),
-            Self::Busy => BUSY.advice.to_owned(),
+            Self::Busy(_) => BUSY.advice.to_owned(),
+            Self::Crowded => CROWDED.advice.to_owned(),
             Self::TooManyStreams(most) => format!("{most} streams are open, the most allowed"),
             Self::Deadline => DEADLINE.advice.to_owned(),
         };
@@ -229,6 +292,7 @@ impl From<StoreError> for ApiError {
     fn from(error: StoreError) -> Self {
         match error {
             StoreError::Full(_) => Self::StoreFull(error.to_string()),
+            StoreError::Io { .. } => Self::StoreFailed(error.to_string()),
             other => Self::Internal(other.to_string()),
         }
     }
@@ -254,6 +318,9 @@ impl IntoResponse for ApiError {
         let accept = matches!(self, Self::ContentCoding(_)).then_some(crate::body::CODINGS);
         let (detail, errors) = self.detail_and_errors();
         let mut response = kind.status.into_response();
+        if kind.status == StatusCode::UNAUTHORIZED {
+            response.headers_mut().insert(header::WWW_AUTHENTICATE, HeaderValue::from_static("Bearer"));
+        }
         if let Some(seconds) = retry {
             response.headers_mut().insert(header::RETRY_AFTER, HeaderValue::from(seconds));
         }
@@ -267,13 +334,15 @@ impl IntoResponse for ApiError {
 
 impl Problem {
     fn new(kind: &Kind, detail: String, errors: Vec<FieldProblem>) -> Self {
+        let (errors, more_errors) = listed(errors);
         Self {
             kind: format!("/problems/{}", kind.slug),
             title: kind.title,
             status: kind.status.as_u16(),
-            detail,
+            detail: cut(detail, LONGEST[0]),
             instance: String::new(),
             errors,
+            more_errors,
         }
     }
 
@@ -322,6 +391,20 @@ mod tests {
         for (index, kind) in KINDS.iter().enumerate() {
             assert!(KINDS[..index].iter().all(|other| other.slug != kind.slug), "{}", kind.slug);
         }
+    }
+
+    #[test]
+    fn what_is_told_is_short_whatever_was_sent() {
+        let long = "\u{1f300}".repeat(100_000);
+        let field = |number: usize| FieldProblem { pointer: format!("/{number}{long}"), detail: long.clone() };
+        let problem = Problem::new(&INVALID_SCENE, long.clone(), (0..5000).map(field).collect());
+        let told = serde_json::to_string(&problem).unwrap();
+        assert!(told.len() < 12_000, "{}", told.len());
+        assert_eq!(problem.errors.len() + problem.more_errors, 5000);
+        assert!(problem.errors[0].detail.ends_with('…') && problem.errors[0].pointer.starts_with("/0"));
+        let short = vec![FieldProblem { pointer: "/a".to_owned(), detail: "b".to_owned() }; 32];
+        let problem = Problem::new(&INVALID_SCENE, "c".to_owned(), short.clone());
+        assert_eq!((problem.errors, problem.more_errors, problem.detail.as_str()), (short, 0, "c"));
     }
 
     #[test]

@@ -1,12 +1,14 @@
 //! Encoded textures: kept in memory, and made once for all who ask for the same at the same time.
 
 use std::future::Future;
-use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
-use std::time::Duration;
+use std::sync::{Arc, Mutex, PoisonError, Weak};
+use std::time::{Duration, Instant};
 
 use axum::body::Bytes;
 
+use crate::budget::{Budget, Share};
+use crate::client::Client;
 use crate::problem::ApiError;
 use crate::single_flight::SingleFlight;
 
@@ -26,6 +28,21 @@ pub struct Reply {
     pub shape: [u32; 3],
     /// What each stage took.
     pub timings: Vec<(&'static str, Duration)>,
+    /// Its share of what replies on their way may take, while it is on its way to anyone.
+    pub share: Mutex<Weak<Share>>,
+}
+
+impl Reply {
+    /// The share of those who are sent the reply now; `None` when there is no room by the deadline.
+    pub async fn held(&self, budget: &Arc<Budget>, client: &Client, deadline: Instant) -> Option<Arc<Share>> {
+        let present = || self.share.lock().unwrap_or_else(PoisonError::into_inner).upgrade();
+        if let Some(share) = present() {
+            return Some(share);
+        }
+        let share = Arc::new(budget.take(client, self.bytes.len() as u64, deadline).await?);
+        *self.share.lock().unwrap_or_else(PoisonError::into_inner) = Arc::downgrade(&share);
+        Some(share)
+    }
 }
 
 /// Why a run has no reply.
@@ -50,6 +67,8 @@ pub struct Given {
     pub reply: Arc<Reply>,
     /// It was in memory.
     pub was_kept: bool,
+    /// The share of a reply that was made for this.
+    pub share: Option<Arc<Share>>,
 }
 
 /// Replies by entity tag.
@@ -73,14 +92,20 @@ impl Replies {
         self.kept.get(tag)
     }
 
+    /// Bytes that are in memory.
+    pub fn bytes(&self) -> u64 {
+        self.kept.weighted_size()
+    }
+
     /// A reply from memory, or from the run that makes it, which is begun if there is none. `make` gets a flag that is
     /// raised when nobody waits any more.
     pub async fn get_or_make<F, R>(&self, tag: &str, make: F) -> Result<Given, ApiError>
     where
         F: Fn(Arc<AtomicBool>) -> R,
-        R: Future<Output = Result<Reply, Stopped>> + Send + 'static,
+        R: Future<Output = Result<(Reply, Arc<Share>), Stopped>> + Send + 'static,
     {
-        let look = |kept: &moka::sync::Cache<_, _>| kept.get(tag).map(|reply| Given { reply, was_kept: true });
+        let look =
+            |kept: &moka::sync::Cache<_, _>| kept.get(tag).map(|reply| Given { reply, was_kept: true, share: None });
         if let Some(given) = look(&self.kept) {
             return Ok(given);
         }
@@ -94,9 +119,10 @@ impl Replies {
                     match (found, made) {
                         (Some(given), _) => Ok(given),
                         (None, Some(made)) => {
-                            let reply = Arc::new(made.await?);
+                            let (reply, share) = made.await?;
+                            let reply = Arc::new(reply);
                             kept.insert(tag, Arc::clone(&reply));
-                            Ok(Given { reply, was_kept: false })
+                            Ok(Given { reply, was_kept: false, share: Some(share) })
                         }
                         (None, None) => Err(Stopped::Cancelled),
                     }

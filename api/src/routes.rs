@@ -1,30 +1,28 @@
 //! Routes and the middleware around them.
 
 use std::sync::Arc;
-use std::time::Instant;
 
 use axum::body::Body;
 use axum::extract::{DefaultBodyLimit, Path, Request, State};
-use axum::http::{HeaderName, HeaderValue, StatusCode, header};
-use axum::middleware::{Next, from_fn_with_state};
+use axum::http::{StatusCode, header};
+use axum::middleware::from_fn_with_state;
 use axum::response::{IntoResponse, Response};
 use axum::routing::{get, post};
 use axum::{Json, Router};
 use serde_json::{Value, json};
 use skyloom::request::TextureKind;
 use skyloom::scene::{FieldError, Scene};
-use skyloom::tables::TableLibrary;
 use tower_http::catch_panic::CatchPanicLayer;
 
 use crate::app::{App, blocking};
+use crate::around::around;
+use crate::client::Client;
 use crate::config::Config;
 use crate::images::MEDIA_TYPES;
-use crate::problem::{self, ApiError, KINDS, field_problems};
+use crate::problem::{ApiError, KINDS, field_problems};
 use crate::render_queue::State as RenderState;
 
 use crate::{ambient, body, frames, presets, sun, textures, version, viewer};
-
-const REQUEST_ID: HeaderName = HeaderName::from_static("x-request-id");
 
 /// All routes over the shared state.
 pub fn router(app: Arc<App>) -> Router {
@@ -39,6 +37,8 @@ pub fn router(app: Arc<App>) -> Router {
         .route("/v1/images", post(store_image))
         .route("/v1/presets", get(list_presets))
         .route("/v1/limits", get(show_limits))
+        .route("/metrics", get(metrics))
+        .route("/health", get(live))
         .route("/health/live", get(live))
         .route("/health/ready", get(ready))
         .route("/problems/{slug}", get(explain))
@@ -49,43 +49,32 @@ pub fn router(app: Arc<App>) -> Router {
         .with_state(app)
 }
 
-/// Names, logs and times each request and gives errors their document.
-async fn around(State(app): State<Arc<App>>, request: Request, next: Next) -> Response {
-    let start = Instant::now();
-    let id = app.request_id();
-    let (method, path) = (request.method().clone(), request.uri().path().to_owned());
-    let span = tracing::info_span!("request", id);
-    let response = tracing::Instrument::instrument(next.run(request), span).await;
-    let mut response = problem::document(response, &id);
-    let headers = response.headers_mut();
-    headers.insert(header::X_CONTENT_TYPE_OPTIONS, HeaderValue::from_static("nosniff"));
-    if let Ok(value) = HeaderValue::from_str(&id) {
-        headers.insert(REQUEST_ID, value);
-    }
-    let (status, ms) = (response.status().as_u16(), (start.elapsed().as_secs_f64() * 1e5).round() / 100.0);
-    if path.starts_with("/health/") {
-        tracing::debug!(id, %method, path, status, ms, "answered");
-    } else {
-        tracing::info!(id, %method, path, status, ms, "answered");
-    }
-    response
+/// What the listener for probes leads to.
+pub fn admin(app: Arc<App>) -> Router {
+    Router::new()
+        .route("/metrics", get(metrics))
+        .route("/health", get(live))
+        .route("/health/live", get(live))
+        .route("/health/ready", get(ready))
+        .layer(DefaultBodyLimit::disable())
+        .layer(CatchPanicLayer::new())
+        .layer(from_fn_with_state(Arc::clone(&app), around))
+        .with_state(app)
 }
 
-async fn register_sky(State(app): State<Arc<App>>, request: Request) -> Result<Response, ApiError> {
+async fn register_sky(State(app): State<Arc<App>>, client: Client, request: Request) -> Result<Response, ApiError> {
     let (parts, body) = request.into_parts();
     let media_type = body::media_type(&parts.headers);
-    // The form type is what curl -d and many libraries send when nobody says otherwise; what is inside is parsed as JSON
-    // in any case.
-    let unsaid = media_type.is_empty() || media_type == "application/x-www-form-urlencoded";
-    if !unsaid && media_type != "application/json" && !media_type.ends_with("+json") {
+    // Forms and plain text are what a page of anybody may send to anywhere; they are no scenes.
+    if !media_type.is_empty() && media_type != "application/json" && !media_type.ends_with("+json") {
         return Err(ApiError::MediaType(format!(
             "a scene is application/json (curl --json @scene.json), not {media_type}"
         )));
     }
-    let bytes = body::read(&parts.headers, body, app.config.limits.scene_bytes, app.body_timeout()).await?;
-    let scene = Arc::new(blocking(move || Ok(Scene::from_json(&bytes)?)).await?);
-    missing_images(&app, &scene).await?;
-    let images = textures::images(&app, &scene).await?;
+    let taken = body::read(&app, &parts, body, app.config.limits.scene_bytes).await?;
+    let scene = Arc::new(blocking(move || Ok(Scene::from_json(&taken.bytes)?)).await?);
+    missing_images(&app, &scene, &client).await?;
+    let images = textures::images(&app, &scene, &client).await?;
     blocking(move || {
         let found = scene.check_images(&images);
         if !found.errors.is_empty() {
@@ -102,13 +91,13 @@ async fn register_sky(State(app): State<Arc<App>>, request: Request) -> Result<R
 }
 
 /// Refuses a scene whose images are absent or damaged: what is in memory says nothing about the store.
-async fn missing_images(app: &Arc<App>, scene: &Scene) -> Result<(), ApiError> {
+async fn missing_images(app: &Arc<App>, scene: &Scene, client: &Client) -> Result<(), ApiError> {
     let references = scene.image_references();
     if references.is_empty() {
         return Ok(());
     }
     // Whether they are whole is seen by reading them.
-    let _permit = app.image_work().await?;
+    let _pass = app.image_work.enter(client, "an image").await;
     let app = Arc::clone(app);
     let missing = blocking(move || app.images.missing(&references)).await?;
     if missing.is_empty() { Ok(()) } else { Err(ApiError::InvalidScene(missing)) }
@@ -118,7 +107,7 @@ async fn show_sky(State(app): State<Arc<App>>, Path(id): Path<String>) -> Result
     let scene = app.sky(&id).await?;
     let mut answer = describe(&id, &scene, scene.notes());
     if let Some(answer) = answer.as_object_mut() {
-        answer.insert("tables".to_owned(), table_state(&app.library, &scene));
+        answer.insert("tables".to_owned(), table_state(&app, &id, &scene));
     }
     Ok(([(header::CACHE_CONTROL, "no-cache")], Json(answer)).into_response())
 }
@@ -145,10 +134,14 @@ fn describe(id: &str, scene: &Scene, notes: Vec<FieldError>) -> Value {
     })
 }
 
-fn table_state(library: &TableLibrary, scene: &Scene) -> Value {
+/// How far the tables of a sky are; while they wait for their turn, the place in line.
+fn table_state(app: &App, id: &str, scene: &Scene) -> Value {
+    let (library, place) = (&app.library, app.table_work.place(id));
     let mixes = scene.mixes();
     let progress: Vec<_> = mixes.iter().map(|mix| (library.ready(mix), library.progress(mix))).collect();
-    let state = if progress.iter().any(|(_, building)| building.is_some()) {
+    let state = if place.is_some() {
+        "waiting"
+    } else if progress.iter().any(|(_, building)| building.is_some()) {
         "building"
     } else if progress.iter().all(|(ready, _)| *ready) {
         "ready"
@@ -158,10 +151,14 @@ fn table_state(library: &TableLibrary, scene: &Scene) -> Value {
     let part = |(ready, part): &(bool, Option<f64>)| part.unwrap_or(if *ready { 1.0 } else { 0.0 });
     let done: f64 = progress.iter().map(part).sum();
     let count = if mixes.is_empty() { 1.0 } else { mixes.len() as f64 };
-    json!({ "state": state, "progress": if mixes.is_empty() { 1.0 } else { done / count } })
+    let mut told = json!({ "state": state, "progress": if mixes.is_empty() { 1.0 } else { done / count } });
+    if let Some(place) = place {
+        told["place"] = json!(place);
+    }
+    told
 }
 
-async fn store_image(State(app): State<Arc<App>>, request: Request) -> Result<Response, ApiError> {
+async fn store_image(State(app): State<Arc<App>>, client: Client, request: Request) -> Result<Response, ApiError> {
     let (parts, body) = request.into_parts();
     let media_type = body::media_type(&parts.headers);
     if !MEDIA_TYPES.contains(&media_type.as_str()) {
@@ -169,11 +166,10 @@ async fn store_image(State(app): State<Arc<App>>, request: Request) -> Result<Re
         return Err(ApiError::MediaType(format!("Content-Type must be one of {wanted}, not {media_type:?}")));
     }
     // A body in hand before its turn to be decoded: clients that send slowly must not keep others from their images.
-    let _upload = app.upload().await?;
-    let bytes = body::read(&parts.headers, body, app.config.limits.image_bytes, app.body_timeout()).await?;
-    let _permit = app.image_work().await?;
+    let taken = body::read(&app, &parts, body, app.config.limits.image_bytes).await?;
+    let _pass = app.image_work.enter(&client, "an image").await;
     let app = Arc::clone(&app);
-    let stored = blocking(move || app.images.insert(&bytes)).await?;
+    let stored = blocking(move || app.images.insert(&taken.bytes)).await?;
     let status = if stored.is_new { StatusCode::CREATED } else { StatusCode::OK };
     let answer = json!({ "sha256": stored.sha256, "width": stored.width, "height": stored.height });
     Ok((status, [(header::CACHE_CONTROL, "no-store")], Json(answer)).into_response())
@@ -196,7 +192,8 @@ async fn live() -> Response {
     ([(header::CACHE_CONTROL, "no-store")], Json(json!({ "status": "alive" }))).into_response()
 }
 
-/// Ready when a render asked for now would begin: a renderer is there, it is not stuck, and the server is not stopping.
+/// Ready when a render asked for now would begin and a sky could be kept: a renderer is there, it is not stuck, the store can
+/// be written, and the server is not stopping.
 async fn ready(State(app): State<Arc<App>>) -> Result<Response, ApiError> {
     if app.is_draining() {
         return Err(ApiError::NotReady("the server is stopping".to_owned()));
@@ -209,9 +206,22 @@ async fn ready(State(app): State<Arc<App>>) -> Result<Response, ApiError> {
     if let Some(busy) = app.queue.busy_for().filter(|busy| *busy > 2 * app.config.queue.timeout()) {
         return Err(ApiError::NotReady(format!("one render has been running for {} s", busy.as_secs())));
     }
+    let looked = Arc::clone(&app);
+    if let Some(fault) = blocking(move || Ok(looked.store.fault())).await? {
+        return Err(match fault.into() {
+            ApiError::StoreFull(reason) => ApiError::StoreFailed(reason),
+            other => other,
+        });
+    }
     let answer =
         json!({ "status": "ready", "adapter": app.queue.adapter().as_deref(), "waiting": app.queue.waiting() });
     Ok(([(header::CACHE_CONTROL, "no-store")], Json(answer)).into_response())
+}
+
+async fn metrics(State(app): State<Arc<App>>) -> Response {
+    let headers =
+        [(header::CONTENT_TYPE, "text/plain; version=0.0.4; charset=utf-8"), (header::CACHE_CONTROL, "no-store")];
+    (headers, app.metrics.text(&app)).into_response()
 }
 
 /// What a problem's `type` leads to.

@@ -7,23 +7,23 @@ use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::Duration;
 
-use axum::Router;
-use hyper::server::conn::http1;
-use hyper_util::rt::{TokioIo, TokioTimer};
 use hyper_util::server::graceful::GracefulShutdown;
-use hyper_util::service::TowerToHyperService;
-use tokio::net::{TcpListener, TcpStream};
-use tokio::sync::Semaphore;
+use tokio::net::{TcpListener, TcpSocket};
 
+use crate::accept::Door;
 use crate::app::{App, OpenError};
 use crate::config::{Config, Listen};
 use crate::render_queue::core_factory;
-use crate::routes::router;
+use crate::routes;
 
 /// How long the render thread gets to let go of the device when everything else has ended.
 const FAREWELL: Duration = Duration::from_secs(5);
-/// Pause after a connection could not be accepted (out of file descriptors, usually).
-const ACCEPT_PAUSE: Duration = Duration::from_millis(100);
+
+/// Bytes that the system keeps of what was written to a connection and not yet read: it would take megabytes, for each client
+/// that reads nothing, and would tell late of one that reads slowly. A reader far away gets 5 MB/s with it.
+const SEND_BUFFER: u32 = 256 << 10;
+/// Connections that the system keeps until they are accepted.
+const BACKLOG: u32 = 1024;
 
 /// What kept the server from starting.
 #[derive(Debug)]
@@ -65,18 +65,20 @@ pub fn serve(config: Config) -> Result<(), ServeError> {
 
 async fn run(config: Config) -> Result<(), ServeError> {
     let mut stop = StopSignals::install()?;
-    let listen = config.server.listen.clone();
-    let failed = |error| ServeError::Listen(listen.clone(), error);
-    let listener = TcpListener::bind(listen.addresses()).await.map_err(failed)?;
-    let address = listener.local_addr().map_err(failed)?;
+    let (listener, address) = listening(&config.server.listen)?;
+    let admin = match &config.server.admin_listen {
+        Some(listen) => Some(listening(listen)?),
+        None => None,
+    };
     let factory = core_factory(config.render.wanted());
     let data = config.server.data.clone();
     let app = App::open(config, factory).map_err(|error| ServeError::Open(data.clone(), error))?;
     let app = Arc::new(app);
-    announce(address).map_err(ServeError::Stdout)?;
+    let admin_address = admin.as_ref().map(|(_, address)| *address);
+    announce(address, admin_address).map_err(ServeError::Stdout)?;
     tracing::info!(%address, data = %data.display(), version = %*skyloom::VERSION, "listening");
 
-    let connections = accept(&app, listener, &mut stop).await;
+    let connections = accept(&app, listener, admin.map(|(listener, _)| listener), &mut stop).await;
     let grace = Duration::from_secs(app.config.server.grace_s);
     tokio::select! {
         () = connections.shutdown() => tracing::info!("all connections ended"),
@@ -85,6 +87,30 @@ async fn run(config: Config) -> Result<(), ServeError> {
     }
     app.queue.close(FAREWELL);
     Ok(())
+}
+
+fn listening(listen: &Listen) -> Result<(TcpListener, SocketAddr), ServeError> {
+    let failed = |error| ServeError::Listen(listen.clone(), error);
+    let mut listener = Err(ErrorKind::AddrNotAvailable.into());
+    for address in listen.addresses() {
+        listener = listening_at(*address);
+        if listener.is_ok() {
+            break;
+        }
+    }
+    let listener = listener.map_err(failed)?;
+    let address = listener.local_addr().map_err(failed)?;
+    Ok((listener, address))
+}
+
+fn listening_at(address: SocketAddr) -> io::Result<TcpListener> {
+    let socket = if address.is_ipv4() { TcpSocket::new_v4() } else { TcpSocket::new_v6() }?;
+    // As `TcpListener::bind` does.
+    #[cfg(unix)]
+    socket.set_reuseaddr(true)?;
+    socket.set_send_buffer_size(SEND_BUFFER)?;
+    socket.bind(address)?;
+    socket.listen(BACKLOG)
 }
 
 /// Why a place could not be listened on, and what to do about it.
@@ -108,37 +134,28 @@ fn not_listening(listen: &Listen, error: &io::Error) -> String {
     format!("listening on {listen}: {error}: {advice}")
 }
 
-/// The one line on stdout, for scripts that asked for port 0.
-fn announce(address: SocketAddr) -> io::Result<()> {
+/// What stdout says, for scripts that asked for port 0: a line, and a second one if probes have a listener of their own.
+fn announce(address: SocketAddr, admin: Option<SocketAddr>) -> io::Result<()> {
+    let probes = admin.map_or_else(String::new, |admin| format!("probes on http://{admin}\n"));
     let mut stdout = io::stdout().lock();
-    writeln!(stdout, "listening on http://{address}")?;
+    // In one go: who reads the first line may close the pipe then.
+    stdout.write_all(format!("listening on http://{address}\n{probes}").as_bytes())?;
     stdout.flush()
 }
 
-/// Takes connections until told to stop; gives those that are still open.
-async fn accept(app: &Arc<App>, listener: TcpListener, stop: &mut StopSignals) -> GracefulShutdown {
+/// Takes connections until told to stop; gives those that are still open. Probes are answered for as long as the program runs.
+async fn accept(
+    app: &Arc<App>,
+    listener: TcpListener,
+    admin: Option<TcpListener>,
+    stop: &mut StopSignals,
+) -> GracefulShutdown {
     let graceful = GracefulShutdown::new();
-    let places = Arc::new(Semaphore::new(app.config.server.connections));
-    let router = router(Arc::clone(app));
-    let header_timeout = Duration::from_secs(app.config.server.header_timeout_s);
-    let take = async {
-        loop {
-            let Ok(place) = Arc::clone(&places).acquire_owned().await else { return };
-            match listener.accept().await {
-                Ok((stream, _)) => {
-                    let connection = connection(stream, router.clone(), header_timeout, &graceful);
-                    tokio::spawn(async move {
-                        connection.await;
-                        drop(place);
-                    });
-                }
-                Err(error) => {
-                    tracing::warn!(%error, "a connection could not be accepted");
-                    tokio::time::sleep(ACCEPT_PAUSE).await;
-                }
-            }
-        }
-    };
+    let door = Door::new(Arc::clone(app), routes::router(Arc::clone(app)), Arc::clone(&app.connections));
+    if let Some(listener) = admin {
+        let door = Door::new(Arc::clone(app), routes::admin(Arc::clone(app)), Arc::default());
+        tokio::spawn(async move { door.open(listener, &GracefulShutdown::new()).await });
+    }
     let stopped = async {
         if stop.received().await == Stop::Orderly {
             app.drain();
@@ -148,34 +165,12 @@ async fn accept(app: &Arc<App>, listener: TcpListener, stop: &mut StopSignals) -
         }
     };
     tokio::select! {
-        () = take => {}
+        () = door.open(listener, &graceful) => {}
         () = stopped => {}
     }
     app.stop();
     tracing::info!("stopping: running requests are finished, new connections refused");
     graceful
-}
-
-/// Serves one connection; `axum::serve` would set no limit on the time a request's head may take.
-fn connection(
-    stream: TcpStream,
-    router: Router,
-    header_timeout: Duration,
-    graceful: &GracefulShutdown,
-) -> impl Future<Output = ()> + use<> {
-    if let Err(error) = stream.set_nodelay(true) {
-        tracing::debug!(%error, "set_nodelay");
-    }
-    let connection = http1::Builder::new()
-        .timer(TokioTimer::new())
-        .header_read_timeout(header_timeout)
-        .serve_connection(TokioIo::new(stream), TowerToHyperService::new(router));
-    let watched = graceful.watch(connection);
-    async move {
-        if let Err(error) = watched.await {
-            tracing::debug!(%error, "a connection ended early");
-        }
-    }
 }
 
 /// Why the server stops.

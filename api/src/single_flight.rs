@@ -8,8 +8,19 @@ use std::fmt;
 use std::future::Future;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::time::Duration;
 
 use tokio::sync::watch;
+
+/// How often a flag is looked at.
+const GLANCE: Duration = Duration::from_millis(50);
+
+/// Waits until a flag is raised.
+pub async fn raised(flag: &AtomicBool) {
+    while !flag.load(Ordering::Relaxed) {
+        tokio::time::sleep(GLANCE).await;
+    }
+}
 
 /// Runs in progress, by key.
 pub struct SingleFlight<V> {

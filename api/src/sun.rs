@@ -1,9 +1,9 @@
 //! The sun of a sky at a time: where it stands and what light it gives, apart from the textures, as engines want it.
 
 use crate::app::{App, blocking};
+use crate::client::Client;
 use crate::problem::{ApiError, field_problems};
-use crate::replies::Stopped;
-use crate::textures;
+use crate::{table_work, textures};
 use axum::Json;
 use axum::extract::{Path, Query, State};
 use axum::http::header;
@@ -14,13 +14,13 @@ use skyloom::request::RequestError;
 use skyloom::sun::{SolarDay, SunError, SunPosition};
 use skyloom::{Job, Request, Scene};
 use std::sync::Arc;
-use std::sync::atomic::AtomicBool;
 
 /// Answers `GET /v1/skies/{id}/sun.json`.
 pub async fn get(
     State(app): State<Arc<App>>,
     Path(id): Path<String>,
     Query(query): Query<Vec<(String, String)>>,
+    client: Client,
 ) -> Result<Response, ApiError> {
     let scene = app.sky(&id).await?;
     if let Some((name, _)) = query.iter().find(|(name, _)| name != "time") {
@@ -32,18 +32,9 @@ pub async fn get(
         RequestError::Invalid(errors) => ApiError::InvalidQuery(field_problems(errors)),
         other => ApiError::Internal(other.to_string()),
     })?;
-    let images = textures::images(&app, &scene).await?;
-    match textures::tables(&app, &scene, &images, &request, &AtomicBool::new(false)).await {
-        Ok(()) => {}
-        Err(Stopped::Error(error)) => return Err(error),
-        Err(Stopped::Cancelled) => return Err(ApiError::Deadline),
-    }
-    let library = Arc::clone(&app.library);
-    let answer = blocking(move || {
-        let job = Job::prepare(Arc::clone(&scene), request, &images, &library, &|_| ());
-        let job = job.map_err(|error| ApiError::Internal(error.to_string()))?;
-        describe(&scene, &job).map_err(|error| ApiError::Internal(error.to_string()))
-    });
+    let images = textures::images(&app, &scene, &client).await?;
+    let job = table_work::job(&app, &scene, request, &images, &client).await?;
+    let answer = blocking(move || describe(&scene, &job).map_err(|error| ApiError::Internal(error.to_string())));
     Ok(([(header::CACHE_CONTROL, "no-cache")], Json(answer.await?)).into_response())
 }
 

@@ -1,11 +1,11 @@
 //! `GET /v1/skies/{id}/{texture}.{format}`: from query to bytes.
 //!
 //! Order of work: sky, query, tag (304), memory, then one run shared by everyone who asks for the same thing: tables, queue,
-//! render, encoding. Waiting for tables has no limit; the deadline begins when they are there.
+//! render, encoding. Waiting for tables has no limit but that somebody waits; the deadline begins when they are there.
 
 use std::fmt::Write as _;
-use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::atomic::AtomicBool;
+use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
 use axum::Json;
@@ -20,17 +20,21 @@ use skyloom::plan::{Choice, Plan, expected_error, meets_tolerance};
 use skyloom::render::{Images, Job};
 use skyloom::request::{Request, RequestError};
 use skyloom::scene::Scene;
-use skyloom::scene_air::{air_mix, covered_mix};
-use skyloom::tables::TableError;
 
 use crate::app::{App, blocking};
+use crate::budget::Share;
+use crate::client::Client;
+use crate::config::Limits;
+use crate::deliver::{Delivery, HasShare};
 use crate::problem::{ApiError, FieldProblem, field_problems};
 use crate::render_queue::{Adapter, Failure, failure};
 use crate::replies::{Given, Reply, Stopped};
+use crate::single_flight::raised;
+use crate::table_work;
 use crate::version::{self, Caching};
 
-/// How often the log tells how far tables are.
-const TELL_EVERY: Duration = Duration::from_secs(2);
+/// Bytes of what a file says of itself, at most.
+const ABOUT_ITSELF: u64 = 16 << 10;
 const SHAPE: HeaderName = HeaderName::from_static("x-skyloom-shape");
 /// Bits of a sample: an EXR is half unless its values need floats, which the parameter `reason` explains (RFC 9651).
 const DEPTH: HeaderName = HeaderName::from_static("skyloom-depth");
@@ -44,6 +48,7 @@ pub async fn get(
     method: HttpMethod,
     Path((id, file)): Path<(String, String)>,
     Query(query): Query<Vec<(String, String)>>,
+    client: Client,
     headers: HeaderMap,
 ) -> Result<Response, ApiError> {
     let scene = app.sky(&id).await?;
@@ -51,11 +56,12 @@ pub async fn get(
         return Err(ApiError::UnknownTexture(format!("{file:?} names no texture: it is {{texture}}.{{format}}")));
     };
     let (caching, request) = read(texture, format, query)?;
-    let request = fitted(&scene, &request, app.config.limits.max_side).map_err(ApiError::InvalidQuery)?;
+    let request = fitted(&scene, &request, &app.config.limits).map_err(ApiError::InvalidQuery)?;
 
     let tag = tag(&app, &id, &request).await?;
     if not_modified(&headers, &tag) {
-        let headers = [(header::ETAG, tag_value(&tag)?), (header::CACHE_CONTROL, caching.header())];
+        let timing = (SERVER_TIMING, HeaderValue::from_static("cache;desc=known"));
+        let headers = [(header::ETAG, tag_value(&tag)?), (header::CACHE_CONTROL, caching.header()), timing];
         return Ok((StatusCode::NOT_MODIFIED, headers).into_response());
     }
     let plan = Plan::new(&request);
@@ -63,12 +69,21 @@ pub async fn get(
     let head = Head { tag: &tag, caching, request: &request, plan: &plan, choices: &choices };
     if method == HttpMethod::HEAD {
         return match app.replies.get(&tag) {
-            Some(reply) => head.with(&Given { reply, was_kept: true }),
+            Some(reply) => head.with(&reply, true, Body::from(reply.bytes.clone())),
             // Nothing is rendered for a head; that the images are whole costs little to see.
-            None => images(&app, &scene).await.and_then(|_| head.alone()),
+            None => images(&app, &scene, &client).await.and_then(|_| head.alone()),
         };
     }
-    head.with(&kept(&app, &scene, request, &tag).await?)
+    let given = kept(&app, &scene, request, &tag, &client).await?;
+    app.metrics.looked_up(given.was_kept);
+    let share = match given.share {
+        Some(share) => Some(share),
+        None => given.reply.held(&app.deliveries, &client, Instant::now() + app.config.queue.timeout()).await,
+    };
+    let body = Delivery::body(given.reply.bytes.clone(), share.ok_or(ApiError::Crowded)?);
+    let mut response = head.with(&given.reply, given.was_kept, body)?;
+    response.extensions_mut().insert(HasShare);
+    Ok(response)
 }
 
 /// The entity tag of a texture. Without an adapter there is none; one that is just being prepared is worth waiting for.
@@ -80,15 +95,27 @@ async fn tag(app: &Arc<App>, id: &str, request: &Request) -> Result<String, ApiE
     Ok(entity_tag(id, request, &adapter))
 }
 
-async fn kept(app: &Arc<App>, scene: &Arc<Scene>, request: Request, tag: &str) -> Result<Given, ApiError> {
-    let make = |cancelled| make(Arc::clone(app), Arc::clone(scene), request, cancelled);
+async fn kept(
+    app: &Arc<App>,
+    scene: &Arc<Scene>,
+    request: Request,
+    tag: &str,
+    client: &Client,
+) -> Result<Given, ApiError> {
+    let make = |cancelled| make(Arc::clone(app), Arc::clone(scene), request, client.clone(), cancelled);
     app.replies.get_or_make(tag, make).await
 }
 
 /// A texture as its bytes, from memory or made.
-pub async fn given(app: &Arc<App>, id: &str, scene: &Arc<Scene>, request: Request) -> Result<Given, ApiError> {
+pub async fn given(
+    app: &Arc<App>,
+    id: &str,
+    scene: &Arc<Scene>,
+    request: Request,
+    client: &Client,
+) -> Result<Given, ApiError> {
     let tag = tag(app, id, &request).await?;
-    kept(app, scene, request, &tag).await
+    kept(app, scene, request, &tag, client).await
 }
 
 /// Reads an address.
@@ -102,17 +129,24 @@ fn read(texture: &str, format: &str, mut query: Vec<(String, String)>) -> Result
 }
 
 /// The normal form of a request of a scene, or what the scene and this server have against it: a layer that the scene lacks, a
-/// side beyond the operator's limit, which may be tighter than the renderer's, and a method that takes minutes, and the one
+/// side or a tolerance beyond the operator's limit, which may be tighter than the renderer's, and a method that takes minutes, and the one
 /// render thread with it.
-pub fn fitted(scene: &Scene, request: &Request, max_side: u32) -> Result<Request, Vec<FieldProblem>> {
+pub fn fitted(scene: &Scene, request: &Request, limits: &Limits) -> Result<Request, Vec<FieldProblem>> {
     let (fitted, mut problems) = match request.of(scene) {
         Ok(fitted) => (Some(fitted), Vec::new()),
         Err(errors) => (None, field_problems(errors)),
     };
     let mut wrong = |name: &str, detail| problems.push(FieldProblem { pointer: name.to_owned(), detail });
     let side = request.size.unwrap_or(scene.resolution());
-    if side > max_side {
-        wrong("size", format!("{side} texels a side; this server allows 1 to {max_side}"));
+    if side > limits.max_side {
+        wrong("size", format!("{side} texels a side; this server allows 1 to {}", limits.max_side));
+    }
+    let least = limits.least_tolerance;
+    if let Some(tolerance) = request.wanted.tolerance().filter(|tolerance| *tolerance < least) {
+        wrong(
+            "tolerance",
+            format!("{tolerance}; this server allows {least} to 1: below, tables are larger than it makes"),
+        );
     }
     if request.wanted.reference().is_some() {
         wrong("method", "\"reference\" is for the command line: skyloom render --method reference".to_owned());
@@ -161,7 +195,7 @@ pub async fn plan(
         }
         other => other,
     })?;
-    let request = fitted(&scene, &request, app.config.limits.max_side).map_err(ApiError::InvalidQuery)?;
+    let request = fitted(&scene, &request, &app.config.limits).map_err(ApiError::InvalidQuery)?;
     let plan = Plan::new(&request);
     let choices = plan.explain(&scene, &request);
     let answer = PlanAnswer {
@@ -178,7 +212,7 @@ impl From<Failure> for ApiError {
     fn from(failure: Failure) -> Self {
         match failure {
             Failure::NotReady(reason) => Self::NotReady(reason),
-            Failure::Full => Self::Busy,
+            Failure::Full(seconds) => Self::Busy(seconds),
             Failure::Deadline => Self::Deadline,
             // Pointers lead into the scene, parameters have names.
             Failure::Invalid(errors) if errors.iter().all(|error| error.pointer.starts_with('/')) => {
@@ -197,20 +231,22 @@ async fn make(
     app: Arc<App>,
     scene: Arc<Scene>,
     request: Request,
+    client: Client,
     cancelled: Arc<AtomicBool>,
-) -> Result<Reply, Stopped> {
+) -> Result<(Reply, Arc<Share>), Stopped> {
     // Before the tables, which would be made in vain.
-    let images = images(&app, &scene).await?;
-    if request.texture().shows_the_scene() {
-        tables(&app, &scene, &images, &request, &cancelled).await?;
-    }
+    let images = images(&app, &scene, &client).await?;
     let media_type = request.format().media_type();
-    let library = Arc::clone(&app.library);
-    // Its tables are in memory by now.
-    let prepare = move || Ok(Job::prepare(scene, request, &images, &library, &|_| ()));
-    let job = blocking(prepare).await?.map_err(|error| ApiError::from(failure(error)))?;
+    let job = tokio::select! {
+        job = table_work::job(&app, &scene, request, &images, &client) => job?,
+        () = raised(&cancelled) => return Err(Stopped::Cancelled),
+    };
     let deadline = Instant::now() + app.config.queue.timeout();
-    let held = match app.queue.render(Arc::new(job), deadline, cancelled).await {
+    // Room for the reply, before there is something that would need it.
+    let expected = expected_bytes(&job);
+    let share = app.deliveries.take(&client, expected, deadline).await;
+    let mut share = share.ok_or(ApiError::Crowded)?;
+    let held = match app.queue.render(Arc::new(job), &client, deadline, cancelled).await {
         Ok(held) => held,
         Err(Failure::Cancelled) => return Err(Stopped::Cancelled),
         Err(failure) => return Err(ApiError::from(failure).into()),
@@ -223,89 +259,26 @@ async fn make(
         timings.push(("encode", start.elapsed()));
         let reason = file.reason.map_or_else(String::new, |reason| format!(";reason=\"{reason}\""));
         let depth = format!("{}{reason}", file.bits);
-        Ok(Reply { bytes: file.bytes.into(), depth, media_type, shape: picture.shape, timings })
+        app.metrics.rendered(&timings);
+        share.shrink(file.bytes.len() as u64);
+        let share = Arc::new(share);
+        let on_its_way = Mutex::new(Arc::downgrade(&share));
+        let shape = picture.shape;
+        Ok((Reply { bytes: file.bytes.into(), depth, media_type, shape, timings, share: on_its_way }, share))
     })
     .await?;
     Ok(reply)
 }
 
-/// Makes the tables of a scene, unless they are there.
-pub async fn tables(
-    app: &Arc<App>,
-    scene: &Scene,
-    images: &Images,
-    request: &Request,
-    cancelled: &AtomicBool,
-) -> Result<(), Stopped> {
-    let plan = Plan::new(request);
-    let detail = plan.detail();
-    let (library, scene_of_air, images_of_air) = (Arc::clone(&app.library), scene.clone(), images.clone());
-    let work = move || {
-        let air = air_mix(&scene_of_air, &images_of_air, &plan, &library);
-        air.map_err(|error| ApiError::Internal(error.to_string()))
-    };
-    let air = blocking(work).await?;
-    if let Some(mix) = air.clone().filter(|mix| !app.library.air_ready(mix)) {
-        let _permit = app.table_work().await?;
-        let library = Arc::clone(&app.library);
-        let work = move || library.air(&mix, &|_| ()).map_err(|error| ApiError::Internal(error.to_string()));
-        blocking(work).await?;
-    }
-    let mut droplets = Vec::new();
-    for (number, mix) in scene.mixes().into_iter().enumerate() {
-        // One blocking thread for each mix, however many requests wait for it. Tables once begun are finished: the next
-        // request will want them too.
-        let build = |_: Arc<AtomicBool>| {
-            let (app, library, mix) = (Arc::clone(app), Arc::clone(&app.library), mix.clone());
-            async move {
-                let abandoned = TableError::Abandoned(mix.describe());
-                let Ok(_permit) = app.table_work().await else { return Err(abandoned) };
-                let work = move || {
-                    let told = Mutex::new(Instant::now());
-                    let tell = |part: f64| {
-                        let mut told = told.lock().unwrap_or_else(PoisonError::into_inner);
-                        if told.elapsed() > TELL_EVERY {
-                            *told = Instant::now();
-                            tracing::info!(mix = mix.describe(), percent = (100.0 * part).round(), "making tables");
-                        }
-                    };
-                    Ok(library.get(&mix, detail, &tell))
-                };
-                blocking(work).await.unwrap_or(Err(abandoned))
-            }
-        };
-        let built = app.tables.join(&format!("{} {detail:?}", mix.key()), build).await;
-        let built = built.unwrap_or_else(|| Err(TableError::Abandoned(mix.describe())));
-        droplets.push(built.map_err(|error| refused(error, scene.place(number)))?);
-        if cancelled.load(Ordering::Relaxed) {
-            return Err(Stopped::Cancelled);
-        }
-    }
-    let Some(air) = air else { return Ok(()) };
-    let covered = covered_mix(scene, images, &air, &droplets);
-    let covered = covered.map_err(|missing| ApiError::Internal(missing.to_string()))?;
-    if let Some(mix) = covered.filter(|mix| !app.library.covered_ready(mix)) {
-        let _permit = app.table_work().await?;
-        let library = Arc::clone(&app.library);
-        let work = move || library.covered(&mix, &|_| ()).map_err(|error| ApiError::Internal(error.to_string()));
-        blocking(work).await?;
-    }
-    Ok(())
-}
-
-/// Whose fault it is that a layer has no tables: droplets that cannot be computed are the scene's.
-fn refused(error: TableError, layer: usize) -> ApiError {
-    match error {
-        TableError::Optics { .. } => ApiError::InvalidScene(vec![FieldProblem {
-            pointer: format!("/layers/{layer}/droplets"),
-            detail: error.to_string(),
-        }]),
-        other => ApiError::Internal(other.to_string()),
-    }
+/// Bytes of a texture's file at most, but for what it says of itself.
+fn expected_bytes(job: &Job) -> u64 {
+    let [across, down] = job.request().texels(job.scene()).map(u64::from);
+    let channels = job.request().wanted.channels().len() as u64;
+    across * down * channels * size_of::<f32>() as u64 + ABOUT_ITSELF
 }
 
 /// The images that a scene names, decoded.
-pub async fn images(app: &Arc<App>, scene: &Scene) -> Result<Images, ApiError> {
+pub async fn images(app: &Arc<App>, scene: &Scene, client: &Client) -> Result<Images, ApiError> {
     let references = scene.image_references();
     if references.is_empty() {
         return Ok(Images::new());
@@ -314,7 +287,7 @@ pub async fn images(app: &Arc<App>, scene: &Scene) -> Result<Images, ApiError> {
     if let Some(images) = recent {
         return Ok(images);
     }
-    let _permit = app.image_work().await?;
+    let _pass = app.image_work.enter(client, "images of a scene").await;
     let app = Arc::clone(app);
     blocking(move || app.images.load(&references)).await
 }
@@ -369,11 +342,10 @@ struct Head<'a> {
 
 impl Head<'_> {
     /// The reply to a request for the texture.
-    fn with(&self, given: &Given) -> Result<Response, ApiError> {
-        let reply = &given.reply;
-        let mut response = self.over(Body::from(reply.bytes.clone()))?;
+    fn with(&self, reply: &Reply, was_kept: bool, body: Body) -> Result<Response, ApiError> {
+        let mut response = self.over(body)?;
         let [height, width, channels] = reply.shape;
-        let timing = if given.was_kept { "cache;desc=hit".to_owned() } else { server_timing(&reply.timings) };
+        let timing = if was_kept { "cache;desc=hit".to_owned() } else { server_timing(&reply.timings) };
         let headers = response.headers_mut();
         headers.insert(SHAPE, value(&format!("{height},{width},{channels}"))?);
         headers.insert(SERVER_TIMING, value(&timing)?);

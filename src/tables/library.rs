@@ -7,6 +7,7 @@ use std::any::{Any, TypeId};
 use std::collections::HashMap;
 use std::fmt;
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
+use std::time::Duration;
 
 /// Something that takes long to make and depends on nothing but what its key tells.
 pub trait Artefact {
@@ -37,6 +38,8 @@ pub trait Artefact {
 
 /// Memory that artefacts may take; beyond it those go that were not used for longest and that nobody holds.
 const KEPT_BYTES: usize = 768 << 20;
+/// How often those who wait for an artefact are told how far it is.
+const TELL_WAITERS_EVERY: Duration = Duration::from_millis(50);
 /// Where artefacts are in the store.
 const FOLDER: &str = "tables";
 
@@ -84,13 +87,17 @@ impl fmt::Debug for TableLibrary {
 }
 
 impl Making {
-    fn wait(&self) -> Result<AnyValue, TableError> {
-        let mut outcome = lock(&self.outcome);
+    fn wait(&self, progress: &(dyn Fn(f64) + Sync)) -> Result<AnyValue, TableError> {
         loop {
+            // Without any lock, as the caller may leave from within.
+            let part = *lock(&self.progress);
+            progress(part);
+            let outcome = lock(&self.outcome);
+            let waited = self.done.wait_timeout_while(outcome, TELL_WAITERS_EVERY, |outcome| outcome.is_none());
+            let (outcome, _) = waited.unwrap_or_else(PoisonError::into_inner);
             if let Some(outcome) = outcome.as_ref() {
                 return outcome.clone();
             }
-            outcome = self.done.wait(outcome).unwrap_or_else(PoisonError::into_inner);
         }
     }
 }
@@ -155,8 +162,8 @@ impl TableLibrary {
         Self { store, kept: Mutex::default() }
     }
 
-    /// An artefact: from memory, from the store, or made. Waits while somebody else makes it. `progress` gets 0 to 1 if it
-    /// is this call that makes it.
+    /// An artefact: from memory, from the store, or made. Waits while somebody else makes it. `progress` gets 0 to 1 while it
+    /// is made, here or elsewhere, and 0 before that begins; it may unwind, and what was begun here is given up then.
     ///
     /// # Errors
     /// What its making says; [`TableError::Abandoned`] when somebody else was at it and panicked.
@@ -180,7 +187,7 @@ impl TableLibrary {
                 Some(Place::Making(making)) => {
                     let making = Arc::clone(making);
                     drop(kept);
-                    return making.wait().and_then(typed);
+                    return making.wait(progress).and_then(typed);
                 }
                 None => {}
             }

@@ -180,7 +180,16 @@ fn a_direction_has_one_name() {
 #[test]
 fn a_scene_of_another_media_type_is_415() {
     let common = common();
-    common.server.ask("POST", "/v1/skies", &[("content-type", "text/plain")], b"{}").problem(415);
+    let text = scene().to_string();
+    for media_type in
+        ["text/plain", "application/x-www-form-urlencoded", "multipart/form-data; boundary=x", "text/json"]
+    {
+        common.server.ask("POST", "/v1/skies", &[("content-type", media_type)], text.as_bytes()).problem(415);
+    }
+    for media_type in ["application/json; charset=utf-8", "application/scene+json"] {
+        let answer = common.server.ask("POST", "/v1/skies", &[("content-type", media_type)], text.as_bytes());
+        assert!([200, 201].contains(&answer.status), "{}", answer.text());
+    }
     common.server.goes_on();
 }
 
@@ -260,9 +269,36 @@ fn a_body_that_does_not_come_is_408_and_a_head_that_does_not_come_is_cut_off() {
         stream.read_to_string(&mut answer).unwrap();
         answer
     };
-    let answer = answer_to("POST /v1/skies HTTP/1.1\r\nHost: sky\r\nContent-Length: 100\r\n\r\n{\"domain\"");
+    let answer = answer_to("POST /v1/skies HTTP/1.1\r\nHost: localhost\r\nContent-Length: 100\r\n\r\n{\"domain\"");
     assert!(answer.starts_with("HTTP/1.1 408") && answer.contains("application/problem+json"), "{answer}");
-    let answer = answer_to("GET /v1/limits HTTP/1.1\r\nHost: s");
+    let answer = answer_to("GET /v1/limits HTTP/1.1\r\nHost: l");
     assert!(answer.is_empty() || answer.starts_with("HTTP/1.1 4"), "{answer}");
     assert_eq!(server.get("/health/live").status, 200);
+}
+
+/// Whatever is repeated of a request, its reply is not much longer than a page.
+#[test]
+fn errors_do_not_amplify() {
+    let common = common();
+    let sky = common.server.sky(&scene());
+    let names: Vec<String> = (0..6000).map(|number| format!("a{number}")).collect();
+    let mut wrong = scene();
+    for name in &names {
+        wrong[name.as_str()] = json!(1);
+    }
+    let escaped = "%01".repeat(15_000);
+    for answer in [
+        common.server.get(&format!("{sky}/cloud.exr?{}", names[..3000].join("&"))),
+        common.server.get(&format!("{sky}/cloud.exr?size={escaped}")),
+        common.server.get(&format!("{sky}/{escaped}.exr")),
+        common.server.get(&format!("/v1/skies/{}", "x".repeat(20_000))),
+        common.server.post_scene(wrong.to_string().as_bytes()),
+        common.server.ask("POST", "/v1/skies", &[("content-type", &"x".repeat(20_000))], b"{}"),
+    ] {
+        assert!((400..500).contains(&answer.status), "{}", answer.status);
+        assert!(answer.body.len() < 16_000, "{} bytes: {}", answer.body.len(), answer.text());
+    }
+    let many = common.server.get(&format!("{sky}/cloud.exr?{}", names[..1000].join("&"))).problem(422);
+    let listed = many["errors"].as_array().unwrap().len() as u64;
+    assert_eq!(listed + many["more_errors"].as_u64().unwrap(), 1000);
 }

@@ -288,3 +288,30 @@ fn a_film_may_go_back_to_its_start() {
     };
     assert_eq!((delays(&[]), delays(&["--back"])), (5, 8));
 }
+
+/// Where a time overflows the clock or a count no machine has, the server does not start.
+#[test]
+fn extreme_settings_are_refused_with_exit_code_2() {
+    let data = tempfile::tempdir().unwrap();
+    let file = data.path().join("skyloom.toml");
+    for (settings, told) in [
+        ("[server]\nheader_timeout_s = 18446744073709551", "server.header_timeout_s"),
+        ("[server]\nstall_timeout_s = 0", "server.stall_timeout_s"),
+        ("[server]\nconnections = 9223372036854775807", "server.connections"),
+        ("[server]\ngrace_s = 9223372036854775807", "server.grace_s"),
+        ("[server]\nproxies = [\"10.0.0.0/40\"]", "10.0.0.0/40"),
+        ("[queue]\ndepth = 9223372036854775807", "queue.depth"),
+        ("[queue]\ntimeout_s = 9223372036854775807", "queue.timeout_s"),
+        ("[limits]\nimage_bytes = 9223372036854775807", "limits.image_bytes"),
+        ("[limits]\nmax_side = 4294967295", "limits.max_side"),
+        ("[limits]\nleast_tolerance = nan", "limits.least_tolerance"),
+        ("[cache]\nmemory_bytes = 9223372036854775807", "cache.memory_bytes"),
+        ("[access]\nkeys = [{ name = \"a\", sha256 = \"12\", rights = [] }]", "access.keys[0].sha256"),
+    ] {
+        std::fs::write(&file, settings).unwrap();
+        let run = program().args(["serve", "--config"]).arg(&file).output().unwrap();
+        let error = String::from_utf8_lossy(&run.stderr).into_owned();
+        assert_eq!(run.status.code(), Some(2), "{settings}: {error}");
+        assert!(error.contains(told), "{settings}: {error}");
+    }
+}

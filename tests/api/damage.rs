@@ -323,3 +323,22 @@ fn files_of_others_are_neither_used_nor_counted_nor_touched() {
         assert_eq!(fs::read(path).unwrap(), vec![b'x'; 1000], "{}", path.display());
     }
 }
+
+#[test]
+fn a_folder_that_is_gone_is_told_and_made_again_when_it_can_be() {
+    let data = tempfile::tempdir().unwrap();
+    let folder = data.path().join("data");
+    let server = Server::start(&folder, &[], &[]);
+    server.is_ready();
+    fs::remove_dir_all(&folder).unwrap();
+    // Where the folder was there is a file, as when a disk is not there.
+    fs::write(&folder, b"in the way").unwrap();
+    server.expect_in_log("the store cannot be written");
+    server.expect_in_log("what is stored cannot be read and is replaced");
+    let problem = server.post_scene(scene().to_string().as_bytes()).problem(503);
+    assert_eq!(problem["type"], "/problems/store-failed", "{problem}");
+    assert_eq!(server.get("/health/ready").problem(503)["type"], "/problems/store-failed");
+    fs::remove_file(&folder).unwrap();
+    crate::harness::eventually("recovery", || (server.get("/health/ready").status == 200).then_some(()));
+    server.goes_on();
+}

@@ -2,13 +2,16 @@
 
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test stops where it fails")]
 
+mod access;
 mod bad_input;
 mod caching;
 mod command_line;
+mod crowds;
 mod damage;
 mod frames;
 mod harness;
 mod images;
 mod lifecycle;
+mod observed;
 mod sun;
 mod textures;

@@ -60,6 +60,13 @@ impl Answer {
         String::from_utf8_lossy(&self.body).chars().take(2000).collect()
     }
 
+    /// A value on a page of metrics.
+    pub(crate) fn metric(&self, name: &str) -> Option<f64> {
+        let text = std::str::from_utf8(&self.body).unwrap();
+        let value = text.lines().find_map(|line| line.strip_prefix(name)?.strip_prefix(' '))?;
+        Some(value.parse().unwrap())
+    }
+
     /// Checks everything a problem document has to have, and gives it.
     pub(crate) fn problem(&self, status: u16) -> Value {
         assert_eq!(self.status, status, "{}", self.text());
@@ -137,6 +144,8 @@ fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
 pub(crate) struct Server {
     child: Child,
     address: String,
+    /// Where probes are answered, if they have a listener of their own.
+    probes: Option<String>,
     agent: Agent,
     log: Arc<Mutex<Log>>,
     /// Reads the log to its end.
@@ -163,11 +172,17 @@ impl Server {
                 lock(&heard).hear(line);
             }
         });
-        let mut line = String::new();
-        BufReader::new(child.stdout.take().unwrap()).read_line(&mut line).unwrap();
+        let (mut line, mut probes) = (String::new(), String::new());
+        let mut stdout = BufReader::new(child.stdout.take().unwrap());
+        stdout.read_line(&mut line).unwrap();
+        // What follows comes with it.
+        if !stdout.buffer().is_empty() {
+            stdout.read_line(&mut probes).unwrap();
+        }
+        let probes = probes.trim_end().strip_prefix("probes on ").map(str::to_owned);
         let address = line.trim_end().strip_prefix("listening on ").unwrap_or_else(|| panic!("stdout: {line:?}"));
         let config = Agent::config_builder().http_status_as_error(false).timeout_global(Some(PATIENCE)).build();
-        Self { child, address: address.to_owned(), agent: config.into(), log, listener: Some(listener) }
+        Self { child, address: address.to_owned(), probes, agent: config.into(), log, listener: Some(listener) }
     }
 
     /// Says that the log will have warnings or errors with this text.
@@ -205,6 +220,21 @@ impl Server {
         let mut response = response.unwrap_or_else(|error| panic!("{method} {path}: {error}"));
         let body = response.body_mut().with_config().limit(1 << 30).read_to_vec().unwrap();
         Answer { status: response.status().as_u16(), headers: response.headers().clone(), body }
+    }
+
+    /// Asks at the listener for probes.
+    pub(crate) fn probe(&self, path: &str) -> Answer {
+        let address = self.probes.as_ref().unwrap();
+        let mut response = self.agent.get(format!("{address}{path}")).call().unwrap();
+        let body = response.body_mut().read_to_vec().unwrap();
+        Answer { status: response.status().as_u16(), headers: response.headers().clone(), body }
+    }
+
+    /// Starts a server with settings of its own.
+    pub(crate) fn with_settings(data: &Path, settings: &str) -> Self {
+        let file = data.join("skyloom.toml");
+        std::fs::write(&file, settings).unwrap();
+        Self::start(&data.join("data"), &["--config", file.to_str().unwrap()], &[])
     }
 
     /// Host and port, for a client that does not keep to HTTP.
@@ -247,6 +277,16 @@ impl Server {
         version.replace('+', "%2B")
     }
 
+    /// The value of a metric, by its name and labels as they are written.
+    pub(crate) fn metric(&self, name: &str) -> Option<f64> {
+        self.get("/metrics").metric(name)
+    }
+
+    /// Waits until it renders: on a busy machine starting alone can take longer than a render may.
+    pub(crate) fn is_ready(&self) {
+        eventually("readiness", || (self.get("/health/ready").status == 200).then_some(()));
+    }
+
     /// Nothing was lost: the server lives, keeps its skies and renders.
     pub(crate) fn goes_on(&self) {
         assert_eq!(self.get("/health/live").status, 200);
@@ -255,6 +295,14 @@ impl Server {
         let texture = self.get(&format!("{sky}/shadow.f32?size=8"));
         assert_eq!(texture.status, 200, "{}", texture.text());
         assert_eq!(texture.body.len(), 8 * 8 * 4);
+    }
+
+    /// Memory that it has, bytes.
+    #[cfg(target_os = "linux")]
+    pub(crate) fn memory(&self) -> u64 {
+        let status = std::fs::read_to_string(format!("/proc/{}/status", self.child.id())).unwrap();
+        let line = status.lines().find_map(|line| line.strip_prefix("VmRSS:")).unwrap();
+        line.split_whitespace().next().unwrap().parse::<u64>().unwrap() << 10
     }
 
     /// Asks for an orderly end and waits for it.

@@ -4,6 +4,7 @@ use skyloom::request::{QUERY_PARAMETERS, Request, RequestError};
 use skyloom::scene::Scene;
 
 use super::clock;
+use crate::config::Limits;
 use crate::problem::{FieldProblem, field_problems};
 use crate::textures;
 
@@ -79,7 +80,7 @@ impl Texture {
 pub(super) fn read(
     query: &[(String, String)],
     scene: &Scene,
-    max_side: u32,
+    limits: &Limits,
     now_ms: i64,
 ) -> Result<Wanted, Vec<FieldProblem>> {
     let mut errors = Vec::new();
@@ -105,7 +106,7 @@ pub(super) fn read(
     let start_ms = take("start", start_allowed, &|text| start(text, now_ms), DEFAULT_START_MS);
     let count = take("count", &format!("1 to {MAX_COUNT}"), &count, 0);
     let files = files(own("textures").unwrap_or("cloud.exr"), &mut errors);
-    let textures = checked(&files, &passed_on, scene, max_side, &mut errors);
+    let textures = checked(&files, &passed_on, scene, limits, &mut errors);
     if !errors.is_empty() {
         return Err(errors);
     }
@@ -167,7 +168,7 @@ fn checked(
     files: &[&str],
     passed_on: &[(String, String)],
     scene: &Scene,
-    max_side: u32,
+    limits: &Limits,
     errors: &mut Vec<FieldProblem>,
 ) -> Vec<Texture> {
     let mut textures = Vec::new();
@@ -178,7 +179,7 @@ fn checked(
             continue;
         };
         match Request::parse(texture, format, passed_on) {
-            Ok(request) => match textures::fitted(scene, &request, max_side) {
+            Ok(request) => match textures::fitted(scene, &request, limits) {
                 Ok(request) => textures.push(Texture { file: request.file_name(), parameters: request.to_query() }),
                 Err(found) => found.into_iter().for_each(|problem| note(&mut wrong, problem, file)),
             },

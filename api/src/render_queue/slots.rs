@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 const FOREVER: Duration = Duration::from_secs(3600);
 
 /// The places.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub(crate) struct Slots(Arc<(Mutex<usize>, Condvar)>);
 
 /// One place; free again when dropped.

@@ -11,6 +11,8 @@ use skyloom::encode::Encoded;
 use skyloom::gpu::GpuError;
 use tower::ServiceExt as _;
 
+use skyloom::render::RenderError;
+
 use super::*;
 use crate::app::App;
 use crate::config::Config;
@@ -108,8 +110,14 @@ impl Service {
     }
 
     fn background(&self, uri: String) -> tokio::task::JoinHandle<Response> {
+        self.background_of(1, uri)
+    }
+
+    /// The same of another client.
+    fn background_of(&self, client: u8, uri: String) -> tokio::task::JoinHandle<Response> {
         let router = router(Arc::clone(&self.app));
-        let request = axum::http::Request::builder().uri(uri).body(Body::empty()).unwrap();
+        let mut request = axum::http::Request::builder().uri(uri).body(Body::empty()).unwrap();
+        request.extensions_mut().insert(Client::of([10, 0, 0, client].into()));
         tokio::spawn(async move { router.oneshot(request).await.unwrap() })
     }
 
@@ -211,7 +219,8 @@ async fn the_same_texture_asked_for_by_many_is_rendered_once() {
     }
     assert!(service.seen.try_recv().is_err(), "rendered a second time");
     let again = service.get(&format!("{sky}/shadow.f32")).await;
-    assert_eq!(again.headers()["server-timing"], "cache;desc=hit");
+    let timing = again.headers()["server-timing"].to_str().unwrap();
+    assert!(timing.starts_with("cache;desc=hit, total;dur="), "{timing}");
 }
 
 #[tokio::test(flavor = "multi_thread")]
@@ -242,7 +251,7 @@ async fn without_a_device_readiness_and_textures_give_the_reason_and_the_rest_wo
     }
     assert_eq!(service.get(&sky).await.status(), StatusCode::OK);
     service.app.queue.close(Duration::from_secs(5));
-    assert!(service.app.queue.thread.is_finished());
+    assert!(service.app.queue.has_ended());
 }
 
 #[tokio::test(flavor = "multi_thread")]
@@ -252,4 +261,63 @@ async fn readiness_ends_when_the_server_drains() {
     assert_eq!(service.get("/health/ready").await.status(), StatusCode::OK);
     service.app.drain();
     problem(service.get("/health/ready").await, StatusCode::SERVICE_UNAVAILABLE).await;
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn one_client_with_many_large_renders_keeps_nobody_from_a_small_one_or_from_a_place() {
+    let (release, until) = mpsc::channel();
+    let service = service(vec![Act::Hold(until)], 8, 30);
+    let sky = service.sky().await;
+    let large =
+        |client: u8, time: u32| service.background_of(client, format!("{sky}/shadow.f32?size=4096&time={time}"));
+    let first = large(1, 0);
+    service.wait_for_render();
+    let greedy: Vec<_> = (1..=33).map(|time| large(1, time)).collect();
+    // Four wait, and the others are told when to come back: five times 17 million texels, by what is known at first.
+    while greedy.iter().filter(|one| one.is_finished()).count() < 29 {
+        tokio::time::sleep(Duration::from_millis(2)).await;
+    }
+    assert_eq!(service.app.queue.counts().0, [0, 4]);
+    let small = service.get(&format!("{sky}/shadow.f32?size=8&time=99")).await;
+    assert_eq!((small.status(), *lock(&service.made)), (StatusCode::OK, 2), "by a renderer of its own");
+    let other = large(2, 100);
+    while greedy.iter().filter(|one| one.is_finished()).count() < 30 {
+        tokio::time::sleep(Duration::from_millis(2)).await;
+    }
+    assert_eq!(service.app.queue.counts().0, [0, 4]);
+    release.send(()).unwrap();
+    assert_eq!(first.await.unwrap().status(), StatusCode::OK);
+    assert_eq!(other.await.unwrap().status(), StatusCode::OK);
+    let mut done = 0;
+    for one in greedy {
+        let answer = one.await.unwrap();
+        match answer.status() {
+            StatusCode::OK => done += 1,
+            status => {
+                assert_eq!(status, StatusCode::SERVICE_UNAVAILABLE);
+                let seconds: u32 = answer.headers()[header::RETRY_AFTER].to_str().unwrap().parse().unwrap();
+                assert!((5..=60).contains(&seconds), "{seconds}");
+            }
+        }
+    }
+    assert_eq!(done, 3);
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn renders_that_nobody_waits_for_take_no_place() {
+    let (release, until) = mpsc::channel();
+    let service = service(vec![Act::Hold(until)], 4, 30);
+    let sky = service.sky().await;
+    let running = service.background(format!("{sky}/shadow.f32?time=1"));
+    service.wait_for_render();
+    let gone: Vec<_> = (2..6).map(|time| service.background(format!("{sky}/shadow.f32?time={time}"))).collect();
+    while service.app.queue.waiting() < 4 {
+        tokio::time::sleep(Duration::from_millis(2)).await;
+    }
+    gone.iter().for_each(tokio::task::JoinHandle::abort);
+    while service.app.queue.waiting() > 0 {
+        tokio::time::sleep(Duration::from_millis(2)).await;
+    }
+    release.send(()).unwrap();
+    assert_eq!(running.await.unwrap().status(), StatusCode::OK);
 }

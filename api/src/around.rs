@@ -1,0 +1,67 @@
+//! What is done around every request, whatever its route: it gets a name, leave, its time, a line in the log.
+
+use std::sync::Arc;
+use std::time::Instant;
+
+use axum::extract::{MatchedPath, Request, State};
+use axum::http::{HeaderName, HeaderValue, Method, header};
+use axum::middleware::Next;
+use axum::response::{IntoResponse as _, Response};
+
+use crate::access;
+use crate::app::App;
+use crate::client::Client;
+use crate::deliver;
+use crate::problem::{self, ApiError};
+
+const REQUEST_ID: HeaderName = HeaderName::from_static("x-request-id");
+const SERVER_TIMING: HeaderName = HeaderName::from_static("server-timing");
+
+/// Names, admits, logs and times each request and gives errors their document.
+pub async fn around(State(app): State<Arc<App>>, request: Request, next: Next) -> Response {
+    let start = Instant::now();
+    let id = app.request_id();
+    let (mut parts, body) = request.into_parts();
+    let (method, path) = (parts.method.clone(), parts.uri.path().to_owned());
+    let route =
+        parts.extensions.get::<MatchedPath>().map_or_else(|| "none".to_owned(), |route| route.as_str().to_owned());
+    let admitted = access::admit(&app.config, &mut parts);
+    let client = parts.extensions.get::<Client>().cloned().unwrap_or_default();
+    let span = tracing::info_span!("request", id);
+    let answer = async {
+        match admitted {
+            Ok(()) => next.run(Request::from_parts(parts, body)).await,
+            Err(error) => error.into_response(),
+        }
+    };
+    let response = tracing::Instrument::instrument(answer, span).await;
+    // The body of an answer to HEAD is not sent.
+    let response = match method == Method::HEAD {
+        true => response,
+        false => deliver::within_budget(&app, &client, response).await.unwrap_or_else(ApiError::into_response),
+    };
+    let mut response = problem::document(response, &id);
+    let took = start.elapsed();
+    let headers = response.headers_mut();
+    headers.insert(header::X_CONTENT_TYPE_OPTIONS, HeaderValue::from_static("nosniff"));
+    if let Ok(value) = HeaderValue::from_str(&id) {
+        headers.insert(REQUEST_ID, value);
+    }
+    let known = headers.get(SERVER_TIMING).and_then(|value| value.to_str().ok());
+    let timing = known.map_or_else(String::new, |known| format!("{known}, "));
+    if let Ok(value) = HeaderValue::from_str(&format!("{timing}total;dur={:.3}", took.as_secs_f64() * 1e3)) {
+        headers.insert(SERVER_TIMING, value);
+    }
+    let (status, ms) = (response.status().as_u16(), (took.as_secs_f64() * 1e5).round() / 100.0);
+    app.metrics.answered(method.as_str(), &route, status, took);
+    if access::is_write(&method) {
+        // What was changed, and what somebody tried to change: one line each, under a name of its own.
+        tracing::info!(target: "skyloom::audit", id, %client, %method, path, status, ms, "write");
+    }
+    if path.starts_with("/health") || path == "/metrics" {
+        tracing::debug!(id, %client, %method, path, status, ms, "answered");
+    } else {
+        tracing::info!(id, %client, %method, path, status, ms, "answered");
+    }
+    response
+}

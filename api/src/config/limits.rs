@@ -1,0 +1,135 @@
+//! What a request may ask for, and what is kept for requests.
+
+use std::time::Duration;
+
+use serde::{Deserialize, Serialize};
+use skyloom::scene::Scene;
+
+/// `[limits]`: largest things a request may ask for or send.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Limits {
+    /// Bytes of a scene.
+    pub scene_bytes: usize,
+    /// Bytes of an image file.
+    pub image_bytes: usize,
+    /// Texels along either side of an image.
+    pub image_side: u32,
+    /// Texels of an image.
+    pub image_texels: u64,
+    /// Texels a side of a texture.
+    pub max_side: u32,
+    /// Smallest tolerance that a query may ask for: smaller ones take larger tables.
+    pub least_tolerance: f64,
+    /// Registered skies.
+    pub skies: usize,
+    /// Bytes of all registered skies together.
+    pub sky_store_bytes: u64,
+    /// Bytes of all stored images together.
+    pub image_store_bytes: u64,
+    /// Bytes of bodies of requests in memory at a time.
+    pub upload_memory_bytes: u64,
+    /// Bytes of replies in memory at a time, until they are sent.
+    pub reply_memory_bytes: u64,
+    /// Streams of events open at a time; each holds one of `server.connections`.
+    pub streams: usize,
+}
+
+/// `[queue]`: the queue in front of the render thread.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Queue {
+    /// Renders that may wait; one more is answered 503.
+    pub depth: usize,
+    /// Seconds from entering the queue to the finished picture; later is answered 504.
+    pub timeout_s: u64,
+}
+
+/// `[cache]`: memory kept for quick answers.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Cache {
+    /// Bytes of encoded replies.
+    pub memory_bytes: u64,
+    /// Bytes of decoded images.
+    pub image_memory_bytes: u64,
+}
+
+/// `[render]`: the graphics device.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Render {
+    /// Part of the name of the adapter to use; empty picks the best one.
+    pub adapter: String,
+}
+
+/// `[log]`: the log on stderr.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Log {
+    /// How its lines are written.
+    pub format: LogFormat,
+}
+
+/// How lines of the log are written.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum LogFormat {
+    /// For people.
+    #[default]
+    Text,
+    /// An object a line.
+    Json,
+}
+
+impl Default for Limits {
+    fn default() -> Self {
+        Self {
+            scene_bytes: Scene::MAX_BYTES,
+            image_bytes: 64 << 20,
+            image_side: 8192,
+            image_texels: 4096 * 4096,
+            max_side: 4096,
+            least_tolerance: 0.0,
+            skies: 10_000,
+            sky_store_bytes: 4 << 30,
+            image_store_bytes: 4 << 30,
+            upload_memory_bytes: 512 << 20,
+            reply_memory_bytes: 2 << 30,
+            streams: 256,
+        }
+    }
+}
+
+impl Default for Queue {
+    fn default() -> Self {
+        Self { depth: 32, timeout_s: 30 }
+    }
+}
+
+impl Default for Cache {
+    fn default() -> Self {
+        Self { memory_bytes: 256 << 20, image_memory_bytes: 512 << 20 }
+    }
+}
+
+impl Queue {
+    /// Time from entering the queue to the finished picture.
+    pub fn timeout(&self) -> Duration {
+        Duration::from_secs(self.timeout_s)
+    }
+}
+
+impl Render {
+    /// The wanted adapter, or none when any will do.
+    pub fn wanted(&self) -> Option<String> {
+        Some(self.adapter.clone()).filter(|name| !name.is_empty())
+    }
+}
+
+impl Limits {
+    /// Limits that the image decoder enforces before it allocates.
+    pub fn image(&self) -> skyloom::image::ImageLimits {
+        skyloom::image::ImageLimits { max_side: self.image_side, max_texels: self.image_texels }
+    }
+}

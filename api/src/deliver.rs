@@ -1,0 +1,72 @@
+//! Replies on their way: what they pin in memory is bounded, however slowly they are read.
+
+use std::convert::Infallible;
+use std::pin::Pin;
+use std::sync::Arc;
+use std::task::{Context, Poll};
+use std::time::Instant;
+
+use axum::body::Bytes;
+use axum::response::Response;
+use http_body_util::BodyExt as _;
+use hyper::body::{Body, Frame, SizeHint};
+
+use crate::app::App;
+use crate::budget::Share;
+use crate::client::Client;
+use crate::problem::ApiError;
+
+/// Bytes handed on at a time. A connection holds a few of them besides, which are given back to no budget.
+const PIECE: usize = 64 << 10;
+
+/// Bytes that are sent, with their share of the budget: all of them are in memory until the last one has gone.
+#[derive(Debug)]
+pub struct Delivery {
+    rest: Bytes,
+    _share: Arc<Share>,
+}
+
+impl Delivery {
+    /// A body of these bytes.
+    pub fn body(bytes: Bytes, share: Arc<Share>) -> axum::body::Body {
+        axum::body::Body::new(Self { rest: bytes, _share: share })
+    }
+}
+
+/// Says of a response that its body has its share.
+#[derive(Clone, Copy, Debug)]
+pub struct HasShare;
+
+/// Gives the body of a response its share, if it is longer than a connection holds anyway and has none yet.
+pub async fn within_budget(app: &App, client: &Client, response: Response) -> Result<Response, ApiError> {
+    let length = response.body().size_hint().exact().filter(|length| *length > PIECE as u64);
+    let Some(length) = length.filter(|_| response.extensions().get::<HasShare>().is_none()) else {
+        return Ok(response);
+    };
+    let deadline = Instant::now() + app.config.queue.timeout();
+    let share = app.deliveries.take(client, length, deadline).await.ok_or(ApiError::Crowded)?;
+    let (parts, body) = response.into_parts();
+    let bytes = body.collect().await.map_err(|error| ApiError::Internal(error.to_string()))?.to_bytes();
+    Ok(Response::from_parts(parts, Delivery::body(bytes, Arc::new(share))))
+}
+
+impl Body for Delivery {
+    type Data = Bytes;
+    type Error = Infallible;
+
+    fn poll_frame(mut self: Pin<&mut Self>, _: &mut Context<'_>) -> Poll<Option<Result<Frame<Bytes>, Infallible>>> {
+        if self.rest.is_empty() {
+            return Poll::Ready(None);
+        }
+        let length = PIECE.min(self.rest.len());
+        Poll::Ready(Some(Ok(Frame::data(self.rest.split_to(length)))))
+    }
+
+    fn is_end_stream(&self) -> bool {
+        self.rest.is_empty()
+    }
+
+    fn size_hint(&self) -> SizeHint {
+        SizeHint::with_exact(self.rest.len() as u64)
+    }
+}

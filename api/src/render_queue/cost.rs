@@ -1,0 +1,21 @@
+//! What a job will cost, told before it waits.
+
+use skyloom::plan::field_resolution;
+use skyloom::render::Job;
+
+/// Texels from which a job is large. Below, a software device takes a second or two.
+pub(super) const LARGE: f64 = 4e6;
+/// Light in cumulus is followed in three dimensions: so many texels' worth each.
+const CUMULUS: f64 = 8.0;
+
+/// The cost of a job in texels of one layer: its own for each layer that is seen through them, and those of the fields of the
+/// layers, though they may be there already.
+pub(super) fn cost(job: &Job) -> f64 {
+    let (scene, request) = (job.scene(), job.request());
+    let [across, down] = request.texels(scene).map(f64::from);
+    let field = f64::from(field_resolution(scene, request));
+    let layers = scene.layer_count() as f64;
+    let depth = layers.max(1.0) + if scene.cumulus().is_some() { CUMULUS } else { 0.0 };
+    let fields = if request.texture().shows_the_scene() { layers * field * field } else { 0.0 };
+    across * down * depth + fields
+}

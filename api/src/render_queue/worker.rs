@@ -1,0 +1,184 @@
+//! A thread with a renderer: it takes jobs in turn and survives panics and lost devices by making a new one.
+
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::sync::atomic::Ordering;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::time::{Duration, Instant};
+
+use skyloom::gpu::GpuError;
+use skyloom::render::RenderError;
+use tokio::sync::watch;
+
+use super::line::{Lane, Line};
+use super::order::{Failure, Held, Order, failure};
+use super::renderer::{Adapter, Factory, Render};
+use super::slots::Slots;
+use crate::fair::Waiting;
+
+/// First and longest pause before another attempt to make a renderer that could not be made.
+const RETRY: (Duration, Duration) = (Duration::from_secs(10), Duration::from_secs(300));
+
+/// State of the render thread.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum State {
+    /// A renderer is being made.
+    Starting,
+    /// Jobs are taken.
+    Ready,
+    /// No renderer could be made; the reason.
+    Failed(String),
+}
+
+/// What the main thread tells of itself.
+#[derive(Default)]
+pub(super) struct Shared {
+    pub(super) adapter: Mutex<Option<Arc<Adapter>>>,
+    pub(super) busy_since: Mutex<Option<Instant>>,
+}
+
+pub(super) fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// The thread's own.
+pub(super) struct Worker {
+    pub(super) factory: Arc<Mutex<Factory>>,
+    pub(super) line: Arc<Line>,
+    pub(super) tell: Arc<watch::Sender<State>>,
+    pub(super) shared: Arc<Shared>,
+    pub(super) slots: Slots,
+}
+
+/// Why the renderer is not used any further.
+enum Leave {
+    /// The line is closed.
+    Closed,
+    /// The device or the renderer's state is lost; the job to begin with on the next one.
+    Lost(Option<Waiting<Order>>),
+}
+
+/// Why there is no renderer.
+#[derive(Debug, thiserror::Error)]
+enum NoRenderer {
+    #[error(transparent)]
+    Device(#[from] GpuError),
+    #[error("the renderer failed while it was being prepared; the log has the cause")]
+    Panicked,
+}
+
+impl Worker {
+    /// Takes all jobs, and tells of the state of the renderer.
+    pub(super) fn run(&self) {
+        let mut pause = RETRY.0;
+        let mut begin_with = None;
+        loop {
+            match self.make() {
+                Ok(mut renderer) => {
+                    pause = RETRY.0;
+                    let adapter = renderer.adapter();
+                    tracing::info!(adapter = adapter.name, driver = adapter.driver, backend = adapter.backend, "ready");
+                    *lock(&self.shared.adapter) = Some(Arc::new(adapter));
+                    self.tell.send_replace(State::Ready);
+                    match self.serve(Lane::Main, renderer.as_mut(), begin_with.take()) {
+                        Leave::Closed => return,
+                        Leave::Lost(order) => begin_with = order,
+                    }
+                    self.tell.send_replace(State::Starting);
+                }
+                Err(error) => {
+                    let reason = error.to_string();
+                    let failed = State::Failed(reason.clone());
+                    if *self.tell.borrow() != failed {
+                        tracing::error!(reason, "cannot render");
+                    }
+                    self.tell.send_replace(failed);
+                    let failure = Failure::NotReady(reason);
+                    if let Some(one) = begin_with.take() {
+                        self.line.done(Lane::Main, one.cost, None);
+                        one.item.answer(Err(failure.clone()));
+                    }
+                    if !self.line.refuse_for(pause, &failure) {
+                        return;
+                    }
+                    pause = (pause * 2).min(RETRY.1);
+                }
+            }
+        }
+    }
+
+    /// Takes small jobs while the main thread is at a large one, with a renderer that is made when the first large one runs.
+    pub(super) fn help(&self) {
+        let mut begin_with = None;
+        while begin_with.is_some() || self.line.needs_help() {
+            match self.make() {
+                Ok(mut renderer) => match self.serve(Lane::Express, renderer.as_mut(), begin_with.take()) {
+                    Leave::Closed => return,
+                    Leave::Lost(order) => begin_with = order,
+                },
+                Err(error) => {
+                    tracing::warn!(%error, "no second renderer: small renders wait behind large ones");
+                    if let Some(one) = begin_with.take() {
+                        one.item.answer(Err(Failure::NotReady(error.to_string())));
+                    }
+                    if !self.line.rest(RETRY.1) {
+                        return;
+                    }
+                }
+            }
+        }
+    }
+
+    fn make(&self) -> Result<Box<dyn Render>, NoRenderer> {
+        match catch_unwind(AssertUnwindSafe(|| (lock(&self.factory))())) {
+            Ok(made) => Ok(made?),
+            Err(_panic) => Err(NoRenderer::Panicked),
+        }
+    }
+
+    fn serve(&self, lane: Lane, renderer: &mut dyn Render, begin_with: Option<Waiting<Order>>) -> Leave {
+        let mut next = begin_with;
+        loop {
+            let Some(mut one) = next.take().or_else(|| self.line.take(lane)) else {
+                return Leave::Closed;
+            };
+            let order = &one.item;
+            if order.reply.is_closed() || order.watch.cancelled.load(Ordering::Relaxed) {
+                self.line.done(lane, one.cost, None);
+                continue;
+            }
+            let Some(slot) = self.slots.take(order.watch.deadline) else {
+                self.line.done(lane, one.cost, None);
+                one.item.answer(Err(Failure::Deadline));
+                continue;
+            };
+            let start = Instant::now();
+            if lane == Lane::Main {
+                *lock(&self.shared.busy_since) = Some(start);
+            }
+            let rendered = catch_unwind(AssertUnwindSafe(|| renderer.render(&order.job, &order.watch)));
+            if lane == Lane::Main {
+                *lock(&self.shared.busy_since) = None;
+            }
+            let took = matches!(rendered, Ok(Ok(_))).then(|| start.elapsed());
+            self.line.done(lane, one.cost, took);
+            match rendered {
+                Ok(Ok(picture)) => one.item.answer(Ok(Held { picture, _slot: slot })),
+                Ok(Err(RenderError::DeviceLost(cause))) => {
+                    tracing::error!(cause, "graphics device lost; making a new renderer");
+                    if one.item.again {
+                        one.item.answer(Err(Failure::NotReady("the graphics device was lost".to_owned())));
+                        return Leave::Lost(None);
+                    }
+                    one.item.again = true;
+                    return Leave::Lost(Some(one));
+                }
+                Ok(Err(error)) => one.item.answer(Err(failure(error))),
+                Err(_panic) => {
+                    // What the renderer holds may be half written; the message itself went to the panic hook.
+                    one.item.answer(Err(Failure::Panicked));
+                    return Leave::Lost(None);
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,206 @@
+//! Clients that keep the server waiting do not keep others from it.
+
+use std::io::{Read as _, Write as _};
+use std::net::TcpStream;
+use std::time::{Duration, Instant};
+
+use serde_json::json;
+
+use crate::harness::{Server, eventually, scene};
+use crate::images::ramp;
+
+/// What an idle server answers in milliseconds takes no longer than this beside a crowd: a client that is waited for gives way
+/// after a second, and machines that run tests are busy.
+const SOON: Duration = Duration::from_secs(6);
+
+fn soon<T>(what: &str, work: impl FnOnce() -> T) -> T {
+    let start = Instant::now();
+    let done = work();
+    let took = start.elapsed();
+    eprintln!("{what}: {} ms beside the crowd", took.as_millis());
+    assert!(took < SOON, "{what} took {took:?}");
+    done
+}
+
+/// Whether the other end has closed; what it sends is not read.
+fn is_cut(stream: &TcpStream) -> bool {
+    stream.set_nonblocking(true).unwrap();
+    let mut one = [0];
+    let seen = stream.peek(&mut one);
+    matches!(seen, Ok(0)) || seen.is_err_and(|error| error.kind() != std::io::ErrorKind::WouldBlock)
+}
+
+#[test]
+fn clients_that_neither_read_nor_send_give_way_and_are_cut() {
+    let data = tempfile::tempdir().unwrap();
+    let settings = "[server]\nadmin_listen = \"127.0.0.1:0\"\nconnections = 24\nconnections_per_client = 20\n\
+                    header_timeout_s = 2\nstall_timeout_s = 3\n[limits]\nstreams = 4\n";
+    let server = Server::with_settings(data.path(), settings);
+    let connect = |text: &str| {
+        let mut stream = TcpStream::connect(server.host()).unwrap();
+        stream.set_write_timeout(Some(Duration::from_secs(1))).unwrap();
+        // More than the buffers of both ends hold, if need be.
+        let _ = stream.write_all(text.as_bytes());
+        stream
+    };
+    let many = "GET /v1/presets HTTP/1.1\r\nHost: localhost\r\n\r\n".repeat(4000);
+    let deaf: Vec<_> = (0..30).map(|_| connect(&many)).collect();
+    soon("a probe", || assert_eq!(server.probe("/health/live").status, 200));
+    assert_eq!(server.probe("/health").status, 200);
+    assert_eq!(server.probe("/v1/presets").status, 404, "nothing else is there");
+    soon("a request", || assert_eq!(server.get("/v1/limits").status, 200));
+    // Nobody reads, and all are rid of within their time.
+    let start = Instant::now();
+    let dribbling = connect("GET /");
+    let silent = connect("");
+    eventually("the dribbling client to be cut", || {
+        let _ = (&dribbling).write_all(b"x");
+        std::thread::sleep(Duration::from_millis(50));
+        is_cut(&dribbling).then_some(())
+    });
+    eventually("the silent client to be cut", || is_cut(&silent).then_some(()));
+    assert!(start.elapsed() < SOON, "{:?}", start.elapsed());
+    let open = || server.probe("/metrics").metric("skyloom_connections").unwrap();
+    eventually("all of the crowd to be cut", || (open() <= 2.0).then_some(()));
+    drop(deaf);
+    soon("a request afterwards", || assert_eq!(server.get("/v1/limits").status, 200));
+}
+
+#[test]
+fn stalled_uploads_keep_nobody_from_an_upload_and_end() {
+    let data = tempfile::tempdir().unwrap();
+    let server = Server::with_settings(data.path(), "[server]\nstall_timeout_s = 2\n");
+    let stalled: Vec<_> = (0..40)
+        .map(|_| {
+            let mut stream = TcpStream::connect(server.host()).unwrap();
+            let head = "POST /v1/images HTTP/1.1\r\nHost: localhost\r\nContent-Type: image/png\r\nContent-Length: 60000000\r\n\r\n";
+            stream.write_all(head.as_bytes()).unwrap();
+            stream.write_all(&[0; 1000]).unwrap();
+            stream
+        })
+        .collect();
+    std::thread::sleep(Duration::from_millis(300));
+    soon("an upload", || assert_eq!(server.post_image("image/png", &ramp(17)).status, 201));
+    let mut first = stalled.into_iter().next().unwrap();
+    let mut answer = String::new();
+    first.read_to_string(&mut answer).unwrap();
+    assert!(answer.starts_with("HTTP/1.1 408"), "{answer}");
+}
+
+#[test]
+fn a_file_that_its_decoder_did_not_expect_is_unreadable_like_any_other() {
+    let data = tempfile::tempdir().unwrap();
+    let server = Server::start(data.path(), &[], &[]);
+    // The decoder's own words, and ours.
+    server.expect_in_log("panicked at");
+    server.expect_in_log("a decoder panicked");
+    let good = ramp(8);
+    // Signature, header, then a palette of a length that no palette has, for colours of every kind.
+    for (colour, length) in [(3, 4), (3, 2), (3, 0), (3, 767), (2, 5), (6, 1)] {
+        let mut png = good[..8].to_vec();
+        let chunk = |png: &mut Vec<u8>, kind: &[u8; 4], data: &[u8]| {
+            png.extend(u32::try_from(data.len()).unwrap().to_be_bytes());
+            png.extend(kind);
+            png.extend(data);
+            let mut sum = flate2::Crc::new();
+            sum.update(kind);
+            sum.update(data);
+            png.extend(sum.sum().to_be_bytes());
+        };
+        chunk(&mut png, b"IHDR", &[0, 0, 0, 2, 0, 0, 0, 2, 8, colour, 0, 0, 0]);
+        chunk(&mut png, b"PLTE", &vec![7; length]);
+        let mut packed = Vec::new();
+        let rows = vec![0_u8; 2 * (1 + 2 * usize::from(colour.max(1)))];
+        flate2::bufread::ZlibEncoder::new(rows.as_slice(), flate2::Compression::fast())
+            .read_to_end(&mut packed)
+            .unwrap();
+        chunk(&mut png, b"IDAT", &packed);
+        chunk(&mut png, b"IEND", &[]);
+        let answer = server.post_image("image/png", &png);
+        assert!([201, 200, 400].contains(&answer.status), "{colour}, {length}: {}", answer.text());
+        eprintln!("palette of {length} bytes, colour {colour}: {}", answer.status);
+    }
+    server.goes_on();
+}
+
+#[test]
+fn tables_in_the_making_hold_nobody_up_who_has_his_and_those_of_clients_that_left_are_given_up() {
+    let data = tempfile::tempdir().unwrap();
+    let server = Server::with_settings(data.path(), "[limits]\nleast_tolerance = 0.001\n");
+    server.is_ready();
+    let ready = server.sky(&scene());
+    assert_eq!(server.get(&format!("{ready}/cloud.f32?size=4&tolerance=0.1")).status, 200);
+    server.get(&format!("{ready}/cloud.f32?size=4&tolerance=0.0009")).names(422, "tolerance");
+    // Large droplets take longest: far longer than all of this.
+    let slow: Vec<String> = (0..8)
+        .map(|number| {
+            let mut own = scene();
+            let droplets =
+                json!({ "effective_radius_um": 49.0 + 0.1 * f64::from(number), "broadness": 2, "number_per_cm3": 1 });
+            own["layers"][0]["droplets"] = droplets;
+            server.sky(&own)
+        })
+        .collect();
+    let leaves: Vec<_> = slow
+        .iter()
+        .map(|sky| {
+            let mut stream = TcpStream::connect(server.host()).unwrap();
+            let head = format!("GET {sky}/cloud.f32?size=4&tolerance=0.001 HTTP/1.1\r\nHost: localhost\r\n\r\n");
+            stream.write_all(head.as_bytes()).unwrap();
+            stream
+        })
+        .collect();
+    let tables = |sky: &String| server.get(sky).json()["tables"].clone();
+    eventually("a line", || {
+        let places: Vec<_> = slow.iter().filter_map(|sky| tables(sky)["place"].as_u64()).collect();
+        (places.len() == 6 && places.contains(&1) && places.contains(&6)).then_some(())
+    });
+    soon("a texture whose tables are there", || {
+        assert_eq!(server.get(&format!("{ready}/cloud.f32?size=5&tolerance=0.1")).status, 200);
+    });
+    assert!(slow.iter().any(|sky| tables(sky)["state"] == "waiting"));
+    drop(leaves);
+    let start = Instant::now();
+    eventually("all to be given up", || slow.iter().all(|sky| tables(sky)["state"] == "new").then_some(()));
+    eprintln!("given up after {} ms", start.elapsed().as_millis());
+    // Solvers ask now and then whether to go on; to their end the eight would take minutes.
+    assert!(start.elapsed() < 8 * SOON, "{:?}", start.elapsed());
+}
+
+/// Twenty readers that read nothing, of textures of 16 MiB each.
+#[cfg(target_os = "linux")]
+#[test]
+fn readers_that_do_not_read_pin_no_more_than_the_budget() {
+    const BUDGET: u64 = 48 << 20;
+    let data = tempfile::tempdir().unwrap();
+    let settings =
+        format!("[server]\nstall_timeout_s = 3\n[cache]\nmemory_bytes = 0\n[limits]\nreply_memory_bytes = {BUDGET}\n");
+    let server = Server::with_settings(data.path(), &settings);
+    server.is_ready();
+    let sky = server.sky(&scene());
+    let texture = |size: u32, time: u32| format!("{sky}/thickness.f32?size={size}&time={time}");
+    assert_eq!(server.get(&texture(2048, 0)).status, 200);
+    let before = server.memory();
+    let readers: Vec<_> = (1..=20)
+        .map(|time| {
+            let mut stream = TcpStream::connect(server.host()).unwrap();
+            let head = format!("GET {} HTTP/1.1\r\nHost: localhost\r\n\r\n", texture(2048, time));
+            stream.write_all(head.as_bytes()).unwrap();
+            stream
+        })
+        .collect();
+    let start = Instant::now();
+    let mut most = before;
+    while start.elapsed() < Duration::from_millis(2500) {
+        most = most.max(server.memory());
+        std::thread::sleep(Duration::from_millis(20));
+    }
+    soon("a small texture", || assert_eq!(server.get(&texture(8, 50)).status, 200));
+    let grown = (most - before) >> 20;
+    eprintln!("20 readers of 16 MiB pin {grown} MiB");
+    // Beside the budget a picture or two before and after it is encoded, and what the device keeps of them.
+    assert!(grown < (BUDGET >> 20) + 96, "{grown} MiB");
+    // Those that do not read are cut, and a large one has room again.
+    assert_eq!(server.get(&texture(2048, 51)).status, 200);
+    drop(readers);
+}

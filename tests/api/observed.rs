@@ -1,0 +1,84 @@
+//! What a server tells of itself: metrics, times, the log.
+
+use std::process::Stdio;
+
+use serde_json::Value;
+
+use crate::harness::{Server, program, scene};
+
+#[test]
+fn metrics_count_what_was_asked_and_every_reply_has_its_time() {
+    let data = tempfile::tempdir().unwrap();
+    let server = Server::with_settings(data.path(), "[server]\nadmin_listen = \"127.0.0.1:0\"\n");
+    server.is_ready();
+    let sky = server.sky(&scene());
+    let texture = format!("{sky}/shadow.f32?size=8");
+    let made = server.get(&texture);
+    assert!(
+        made.header("server-timing").contains("encode;dur=") && made.header("server-timing").contains(", total;dur=")
+    );
+    assert!(server.get(&texture).header("server-timing").starts_with("cache;desc=hit, total;dur="));
+    let known = server.ask("GET", &texture, &[("if-none-match", made.header("etag"))], b"");
+    assert!(known.status == 304 && known.header("server-timing").starts_with("cache;desc=known, total;dur="));
+    for path in ["/nowhere", "/v1/limits", "/health/live", &sky, &format!("{sky}/shadow.f32?size=0")] {
+        assert!(server.get(path).header("server-timing").starts_with("total;dur="), "{path}");
+    }
+    let route = r#"route="/v1/skies/{id}/{file}""#;
+    let requests =
+        |status: u16| server.metric(&format!("skyloom_requests_total{{method=\"GET\",{route},status=\"{status}\"}}"));
+    assert_eq!([200, 304, 422].map(requests), [Some(2.0), Some(1.0), Some(1.0)]);
+    assert_eq!(server.metric(r#"skyloom_requests_total{method="GET",route="none",status="404"}"#), Some(1.0));
+    assert_eq!(server.metric(&format!("skyloom_request_seconds_count{{{route}}}")), Some(4.0));
+    assert_eq!(server.metric(r#"skyloom_stage_seconds_count{stage="encode"}"#), Some(1.0));
+    assert_eq!(server.metric(r#"skyloom_cache_requests_total{result="hit"}"#), Some(1.0));
+    assert_eq!(server.metric(r#"skyloom_cache_requests_total{result="miss"}"#), Some(1.0));
+    for (name, value) in [
+        (r#"skyloom_queue_length{line="large"}"#, 0.0),
+        ("skyloom_renderer_ready", 1.0),
+        ("skyloom_store_writable", 1.0),
+        ("skyloom_store_failures_total", 0.0),
+        (r#"skyloom_memory_bytes{what="bodies"}"#, 0.0),
+        (r#"skyloom_connections_cut_total{reason="slow_reader"}"#, 0.0),
+    ] {
+        assert_eq!(server.metric(name), Some(value), "{name}");
+    }
+    assert!(server.metric("skyloom_connections").unwrap() >= 1.0);
+    assert!(server.probe("/metrics").text().contains("# TYPE skyloom_requests_total counter"));
+}
+
+#[cfg(unix)]
+#[test]
+fn the_log_in_json_has_the_requests_name_and_a_line_for_every_write() {
+    let data = tempfile::tempdir().unwrap();
+    let file = data.path().join("skyloom.toml");
+    std::fs::write(&file, "[log]\nformat = \"json\"\n").unwrap();
+    let mut child = program()
+        .args(["serve", "--listen", "127.0.0.1:0", "--config"])
+        .arg(&file)
+        .arg("--data")
+        .arg(data.path().join("data"))
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    let mut line = String::new();
+    std::io::BufRead::read_line(&mut std::io::BufReader::new(child.stdout.take().unwrap()), &mut line).unwrap();
+    let address = line.trim_end().strip_prefix("listening on ").unwrap();
+    let answer =
+        ureq::post(format!("{address}/v1/skies")).content_type("application/json").send(scene().to_string()).unwrap();
+    assert_eq!(answer.status(), 201);
+    let id = answer.headers()["x-request-id"].to_str().unwrap().to_owned();
+    std::process::Command::new("kill").arg(child.id().to_string()).status().unwrap();
+    let output = child.wait_with_output().unwrap();
+    let lines: Vec<Value> =
+        String::from_utf8(output.stderr).unwrap().lines().map(|line| serde_json::from_str(line).unwrap()).collect();
+    let of_request: Vec<_> = lines.iter().filter(|line| line["id"] == id.as_str()).collect();
+    let audit = of_request.iter().find(|line| line["target"] == "skyloom::audit").unwrap();
+    assert_eq!(
+        (&audit["method"], &audit["path"], &audit["client"]),
+        (&"POST".into(), &"/v1/skies".into(), &"127.0.0.1".into())
+    );
+    assert_eq!((&audit["status"], &audit["level"], &audit["message"]), (&201.into(), &"INFO".into(), &"write".into()));
+    assert!(of_request.iter().any(|line| line["message"] == "answered"));
+    assert!(lines.iter().all(|line| line["time"].as_str().unwrap().ends_with('Z')));
+}
