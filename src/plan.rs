@@ -8,7 +8,7 @@ use crate::field;
 use crate::method::{Method, Reference, SlabMethod, Transport};
 use crate::request::Request;
 use crate::scene::quantity::Quantity as _;
-use crate::scene::{GroundAlbedo, Layer, Scene, Thickness};
+use crate::scene::{GroundAlbedo, Layer, Scene};
 use crate::spectrum::Spectrum;
 use crate::tables::Detail;
 
@@ -190,11 +190,11 @@ impl Plan {
         if scene.layers.is_empty() {
             return choices;
         }
-        let is_uniform = |layer: &Layer| matches!(layer.thickness, Thickness::Uniform(_));
+        let is_uniform = |layer: &Layer| layer.shape.is_even();
         let uniform = scene.layers.iter().all(is_uniform);
         for layer in &scene.layers {
-            let words = || field::octaves_in_words(&layer.thickness, field_resolution(scene, request));
-            let (choice, reason) = match (is_uniform(layer), field::moves(&layer.thickness, &layer.wind)) {
+            let words = || field::octaves_in_words(&layer.shape, field_resolution(scene, request));
+            let (choice, reason) = match (is_uniform(layer), field::moves(&layer.shape, &layer.wind)) {
                 (true, _) => ("one texel".to_owned(), "the thickness is the same everywhere"),
                 (_, true) => (
                     format!("map displaced by eddies, {}", words()),

@@ -30,6 +30,7 @@ mod irradiance;
 mod medium;
 mod paths;
 mod problem;
+mod ragged;
 mod rgb;
 mod sheet;
 mod views;
