@@ -22,12 +22,11 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     for (var i = 0u; i < SUNLIGHT_SAMPLES; i++) {
         let uv = sunlight_sample(frame, id.xy, i);
         let place = uv + frame.place.offset_uv;
-        let height_m = sample_periodic(thickness, repeat, place, 0u).x;
-        if height_m > 0.0 {
-            let east = sample_periodic(thickness, repeat, place + vec2<f32>(texel.x, 0.0), 0u).x
-                - sample_periodic(thickness, repeat, place - vec2<f32>(texel.x, 0.0), 0u).x;
-            let north = sample_periodic(thickness, repeat, place - vec2<f32>(0.0, texel.y), 0u).x
-                - sample_periodic(thickness, repeat, place + vec2<f32>(0.0, texel.y), 0u).x;
+        let column = sample_periodic(thickness, repeat, place, 0u);
+        if column.x > 0.0 {
+            let height_m = column_top(column);
+            let east = top_at(place + vec2<f32>(texel.x, 0.0)) - top_at(place - vec2<f32>(texel.x, 0.0));
+            let north = top_at(place - vec2<f32>(0.0, texel.y)) - top_at(place + vec2<f32>(0.0, texel.y));
             let slope = vec2<f32>(east, north) / (2.0 * texel * frame.place.extent_m);
             let facing = 1.0 - dot(slope, frame.sun.towards.xy) / frame.sun.slant_cosine;
             var seen = 1.0;
@@ -39,4 +38,9 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         }
     }
     textureStore(entry_out, id.xy, vec4<f32>(sum / f32(SUNLIGHT_SAMPLES), 0.0, 0.0, 0.0));
+}
+
+// Height of the cloud's top above the base plane at a place of the map.
+fn top_at(place: vec2<f32>) -> f32 {
+    return column_top(sample_periodic(thickness, repeat, place, 0u));
 }

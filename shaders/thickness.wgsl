@@ -13,5 +13,5 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     let uv = texel_place(view, id.xy);
     let at = id.y * view.size.x + id.x;
     let before = select(output[at], 0.0, view.first == 1u);
-    output[at] = before + sample_periodic(thickness, repeat, uv + frame.place.offset_uv, 0u).x;
+    output[at] = before + column_thickness(sample_periodic(thickness, repeat, uv + frame.place.offset_uv, 0u));
 }

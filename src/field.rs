@@ -7,7 +7,9 @@
 //! of seed and time alone.
 
 mod clock;
+mod columns;
 pub(crate) mod eddies;
+mod image_metres;
 mod levels;
 mod map;
 mod motion;
@@ -19,14 +21,17 @@ mod transfer;
 use crate::gpu::layout::{Blend, Eddies, Histogram, Step};
 use crate::gpu::{Gpu, GpuError, HostMap, Pass, Target, binds, shaders};
 use crate::image::Image;
-use crate::scene::quantity::Quantity as _;
-use crate::scene::{self, Thickness, Wind};
+use crate::scene::quantity::{FillValue, Quantity as _};
+use crate::scene::{self, Shape, Thickness, Wind};
+pub(crate) use columns::ColumnMap;
+use image_metres::metres;
 pub(crate) use levels::levels;
 pub(crate) use map::Field;
 use map::{bounds, count, find_bounds, read_bins};
 use motion::{Displaced, Motion};
 pub use spectrum::power_spectrum;
-pub use statistics::{Column, columns};
+pub(crate) use statistics::mean_m;
+pub use statistics::{Column, Profile, profile};
 use std::time::Instant;
 use synthetic::Synthetic;
 pub use synthetic::SyntheticStages;
@@ -35,10 +40,19 @@ pub use transfer::{Distribution, Transfer, calibrate, remap};
 /// What a layer's field is made from, for all times. Holds what was computed last, so that the next time is near.
 pub(crate) struct Source {
     kind: Kind,
+    edge: FlatEdge,
     motion: Option<Motion>,
 }
 
+/// The flat edge of a layer of a thickness, and its height above the ground.
+enum FlatEdge {
+    Base(f64),
+    /// With the mean thickness of the cloud that hangs from it.
+    Top(f64, f64),
+}
+
 enum Kind {
+    Columns(Box<ColumnMap>),
     Uniform(f32),
     Synthetic(Box<Synthetic>),
     Image(Box<Picture>),
@@ -48,6 +62,8 @@ enum Kind {
 struct Picture {
     image: Target,
     greatest_m: f32,
+    /// Of the cloudy part.
+    mean_m: f64,
     own: Distribution,
     gaussian: wgpu::Buffer,
 }
@@ -93,19 +109,30 @@ pub struct MotionStages {
 }
 
 /// Whether the eddies move a layer: what is the same everywhere has nothing to move.
-pub(crate) fn moves(thickness: &Thickness, wind: &Wind) -> bool {
-    wind.turbulence_m_s.get() > 0.0 && !matches!(thickness, Thickness::Uniform(_))
+pub(crate) fn moves(shape: &Shape, wind: &Wind) -> bool {
+    let uneven = matches!(shape.thickness, Some(Thickness::Stratocumulus(_) | Thickness::Map { .. }));
+    wind.turbulence_m_s.get() > 0.0 && uneven && !shape.has_maps()
 }
 
 /// How fine a layer's field is, in words.
-pub(crate) fn octaves_in_words(thickness: &Thickness, resolution: u32) -> String {
-    match thickness {
-        Thickness::Stratocumulus(_) => {
+pub(crate) fn octaves_in_words(shape: &Shape, resolution: u32) -> String {
+    match &shape.thickness {
+        Some(Thickness::Stratocumulus(_)) => {
             format!("{resolution} texels, {} octaves: no wave below two texels", synthetic::octaves(resolution))
         }
-        Thickness::Map { .. } => "as fine as the image".to_owned(),
-        Thickness::Uniform(_) => "one texel".to_owned(),
+        Some(Thickness::Uniform(_)) if !shape.has_maps() => "one texel".to_owned(),
+        _ => "as fine as the image".to_owned(),
     }
+}
+
+/// What the images of a layer were made to.
+pub(crate) enum Given<'a> {
+    /// It has none.
+    Nothing,
+    /// The image of its thickness, which is all that it has.
+    Thickness(&'a Image),
+    /// Its columns.
+    Columns(ColumnMap),
 }
 
 /// A field, and what the passes before its last one left.
@@ -119,32 +146,39 @@ struct Made {
 }
 
 impl Source {
-    /// Makes what is the same at all times. `image` is the layer's image, if it has one.
+    /// Makes what is the same at all times. `given` is what the layer's images were made to.
     pub(crate) fn new(
         gpu: &Gpu,
         layer: &scene::Layer,
         resolution: u32,
         extent_m: f64,
-        image: Option<&Image>,
+        given: Given<'_>,
         deadline: Option<Instant>,
     ) -> Result<Self, GpuError> {
-        let (thickness, wind) = (&layer.thickness, &layer.wind);
-        let kind = match (thickness, image) {
-            (Thickness::Uniform(metres), _) => Kind::Uniform(metres.get() as f32),
-            (Thickness::Stratocumulus(wanted), _) => {
+        let (shape, wind) = (&layer.shape, &layer.wind);
+        let kind = match (given, &shape.thickness) {
+            (Given::Columns(columns), _) => Kind::Columns(Box::new(columns)),
+            (_, Some(Thickness::Uniform(metres))) => Kind::Uniform(metres.get() as f32),
+            (_, Some(Thickness::Stratocumulus(wanted))) => {
                 Kind::Synthetic(Box::new(Synthetic::new(gpu, wanted, resolution, extent_m, deadline)?))
             }
-            (Thickness::Map { scale_m, .. }, Some(image)) => {
-                Kind::Image(Box::new(Picture::new(gpu, image, scale_m.get())))
+            (Given::Thickness(image), Some(Thickness::Map { scale_m, fill, .. })) => {
+                Kind::Image(Box::new(Picture::new(gpu, image, scale_m.get(), *fill)))
             }
-            (Thickness::Map { .. }, None) => Kind::Uniform(0.0),
+            (Given::Nothing, Some(Thickness::Map { .. })) | (_, None) => Kind::Uniform(0.0),
         };
-        let seed = match thickness {
-            Thickness::Stratocumulus(wanted) => wanted.seed,
-            Thickness::Map { .. } | Thickness::Uniform(_) => 0,
+        let (seed, mean_m) = match (&shape.thickness, &kind) {
+            (Some(Thickness::Stratocumulus(wanted)), _) => (wanted.seed, wanted.mean_m.get()),
+            (_, Kind::Image(picture)) => (0, picture.mean_m),
+            _ => (0, 0.0),
         };
-        let motion = moves(thickness, wind).then(|| Motion::new(gpu, seed, wind.turbulence_m_s.get(), extent_m));
-        Ok(Self { kind, motion })
+        let edge = match (&kind, shape.flat_base_m(), shape.hangs_from_m()) {
+            (Kind::Columns(columns), ..) => FlatEdge::Base(columns.base_m),
+            (_, Some(base_m), _) => FlatEdge::Base(base_m),
+            (_, None, top_m) => FlatEdge::Top(top_m.unwrap_or(0.0), mean_m),
+        };
+        let motion = moves(shape, wind).then(|| Motion::new(gpu, seed, wind.turbulence_m_s.get(), extent_m));
+        Ok(Self { kind, edge, motion })
     }
 
     /// The field at a time. `offset_uv`: where the mean wind has carried what is made anew for each time, so that its texels are
@@ -156,13 +190,18 @@ impl Source {
         offset_uv: [f64; 2],
         deadline: Option<Instant>,
     ) -> Result<Field, GpuError> {
-        match &self.kind {
-            Kind::Uniform(metres) => uniform(gpu, *metres, deadline),
+        let thick = match &self.kind {
+            Kind::Columns(columns) => return Field::of_columns(gpu, columns, deadline),
+            Kind::Uniform(metres) => uniform(gpu, *metres, deadline)?,
             // An image that does not move is its own field.
             Kind::Image(picture) if self.motion.is_none() => {
-                Field::of(gpu, picture.image.clone(), picture.greatest_m, deadline)
+                Field::of(gpu, picture.image.clone(), picture.greatest_m, deadline)?
             }
-            Kind::Synthetic(_) | Kind::Image(_) => Ok(self.make(gpu, time_s, offset_uv, deadline)?.field),
+            Kind::Synthetic(_) | Kind::Image(_) => self.make(gpu, time_s, offset_uv, deadline)?.field,
+        };
+        match self.edge {
+            FlatEdge::Base(base_m) => Ok(thick.on(base_m)),
+            FlatEdge::Top(top_m, mean_m) => thick.hung(gpu, top_m, mean_m, deadline),
         }
     }
 
@@ -202,8 +241,9 @@ impl Source {
                 let field = picture.make(gpu, &blend, &histogram, displacement, &bins, deadline)?;
                 Ok(Made { field, displaced, blend, histogram, bins, synthetic: None })
             }
-            Kind::Uniform(metres) => {
-                let field = uniform(gpu, *metres, deadline)?;
+            Kind::Uniform(_) | Kind::Columns(_) => {
+                let metres = if let Kind::Uniform(metres) = &self.kind { *metres } else { 0.0 };
+                let field = uniform(gpu, metres, deadline)?;
                 let (blend, histogram) = (Blend::default(), Histogram::default());
                 Ok(Made { field, displaced, blend, histogram, bins, synthetic: None })
             }
@@ -219,7 +259,7 @@ impl Source {
         deadline: Option<Instant>,
     ) -> Result<Option<FieldStages>, GpuError> {
         let passes = match &self.kind {
-            Kind::Uniform(_) => false,
+            Kind::Uniform(_) | Kind::Columns(_) => false,
             Kind::Synthetic(_) => true,
             Kind::Image(_) => self.motion.is_some(),
         };
@@ -263,15 +303,17 @@ impl Source {
 }
 
 impl Picture {
-    fn new(gpu: &Gpu, image: &Image, scale_m: f64) -> Self {
+    fn new(gpu: &Gpu, image: &Image, scale_m: f64, fill: Option<FillValue>) -> Self {
         // The renderer has refused samples out of range.
-        let first_channel = image.data.iter().step_by(image.channels as usize);
-        let metres: Vec<f32> = first_channel.map(|sample| (f64::from(*sample) * scale_m) as f32).collect();
+        let metres = metres(image, scale_m, fill);
+        let cloudy = metres.iter().filter(|metres| **metres > 0.0).map(|metres| f64::from(*metres));
+        let (count, sum) = cloudy.fold((0.0, 0.0), |(count, sum), metres| (count + 1.0, sum + metres));
         let greatest_m = metres.iter().copied().fold(0.0, f32::max);
         Self {
             image: gpu.texture_from("image", [image.width, image.height], 1, &metres),
             own: Distribution::of(&metres, 0.0, f64::from(greatest_m.max(1e-3))),
             gaussian: gpu.storage("field", metres.len()),
+            mean_m: if count > 0.0 { sum / count } else { 0.0 },
             greatest_m,
         }
     }
@@ -309,7 +351,7 @@ impl Picture {
         gpu.run("field_remap", deadline, &passes)?;
         // Rounding on the device can lift the thickest texel by a few units in the last place.
         let greatest_m = self.greatest_m * (1.0 + 1e-5);
-        Ok(Field { thickness, bounds, depth_m: greatest_m, top_m: greatest_m })
+        Ok(Field::sheet(thickness, bounds, greatest_m, greatest_m))
     }
 }
 
@@ -327,7 +369,7 @@ pub(crate) struct Offsets {
 /// all times is read between its texels.
 pub(crate) fn offsets(layer: &scene::Layer, time_s: f64, extent_m: f64) -> Offsets {
     let offset = wind_offset(&layer.wind, time_s, extent_m);
-    match moves(&layer.thickness, &layer.wind) {
+    match moves(&layer.shape, &layer.wind) {
         true => Offsets { made: offset, read: [0.0; 2] },
         false => Offsets { made: [0.0; 2], read: offset },
     }

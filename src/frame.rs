@@ -54,7 +54,7 @@ pub(crate) fn frame(moment: &Moment, number: usize) -> Frame {
             depth_m: layer.depth_m as f32,
             max_steps: layer.max_steps,
             lowest: (number == 0).into(),
-            spare: 0,
+            ragged: layer.ragged.into(),
         },
         maps: SunMaps {
             sample_at: single(moment.grids.sample_at),

@@ -112,6 +112,12 @@ impl Job {
         &self.tables
     }
 
+    /// Extinction of the droplets of one of the stratiform layers at 550 nm, 1/m.
+    pub(crate) fn extinction_550_per_m(&self, number: usize) -> f64 {
+        let cross_sections = self.tables[number].channels.each_ref().map(|channel| channel.cross_section_um2);
+        self.scene.layers[number].droplets.extinction_per_m(cross_sections)[1]
+    }
+
     /// The light of the scene's air, if it has air.
     pub fn air(&self) -> Option<&SceneAir> {
         self.air.as_ref()

@@ -24,7 +24,13 @@ const DISCS: [f64; 2] = [16.0, 32.0];
 /// A layer at a moment. Arrays are red, green, blue.
 #[derive(Debug, Clone)]
 pub(crate) struct LayerMoment {
+    /// Height of the base plane: the lowest base.
     pub(crate) base_m: f64,
+    /// Height from which its light goes down to the ground: half-way between the lowest and the mean base, as what leaves a hollow
+    /// of the base meets its sides.
+    pub(crate) radiating_m: f64,
+    /// Whether columns have bases, tops and extinctions of their own.
+    pub(crate) ragged: bool,
     /// Of the highest cloud at any time.
     pub(crate) top_m: f64,
     /// No cloud is thicker.
@@ -64,7 +70,7 @@ pub(crate) struct Moment {
     pub(crate) grids: Grids,
     pub(crate) extent_m: f64,
     /// Heights of the lowest base and of the highest top.
-    base_m: f64,
+    pub(crate) base_m: f64,
     top_m: f64,
 }
 
@@ -76,7 +82,8 @@ fn discs(light: &Illumination, height_m: f64, texel_m: f64) -> u32 {
 }
 
 /// A layer, and what the grids need of it.
-fn layer(job: &Job, number: usize, field: &Field, light: &Illumination) -> (LayerMoment, LayerShape) {
+fn layer(job: &Job, number: usize, fields: &[Arc<Field>], light: &Illumination) -> (LayerMoment, LayerShape) {
+    let (field, above_m) = (&fields[number], fields.get(number + 1).map(|above| above.base_m));
     let (scene, tables) = (job.scene(), &job.tables()[number]);
     let layer = &scene.layers[number];
     let channels = &tables.channels;
@@ -84,15 +91,16 @@ fn layer(job: &Job, number: usize, field: &Field, light: &Illumination) -> (Laye
         layer.droplets.extinction_per_m(channels.each_ref().map(|channel| channel.cross_section_um2));
     let by_channel = |value: &dyn Fn(usize) -> f64| [value(0), value(1), value(2)];
     let smooth = |c: usize| without_peak(&channels[c], &tables.phases[c]);
-    let (extent_m, base_m, depth_m) = (scene.extent_m(), layer.base_m.get(), f64::from(field.depth_m));
-    let above_m = scene.layers.get(number + 1).map(|above| above.base_m.get());
+    let (extent_m, base_m, depth_m) = (scene.extent_m(), field.base_m, f64::from(field.depth_m));
     let sun = light.towards_sun;
     let output_m = extent_m / f64::from(job.request().size.unwrap_or(scene.resolution()));
     // Light by entry is a matter of the smooth remainder of all scattering: its length is that of transport.
     let transport_550 = 1.0 - channels[1].asymmetry;
-    let transport_length_m = 1.0 / (extinction_per_m[1] * transport_550).max(1e-9);
+    let transport_length_m = 1.0 / (extinction_per_m[1] * field.density * transport_550).max(1e-9);
     let moment = LayerMoment {
         base_m,
+        radiating_m: 0.5 * (base_m + field.mean_base_m),
+        ragged: field.ragged,
         top_m: base_m + f64::from(field.top_m),
         depth_m,
         extinction_per_m,
@@ -127,10 +135,10 @@ impl Moment {
     pub(crate) fn new(job: &Job, fields: &[Arc<Field>]) -> Self {
         let (scene, plan) = (job.scene(), *job.plan());
         let illumination = job.illumination().clone();
-        let parts = fields.iter().enumerate().map(|(number, field)| layer(job, number, field, &illumination));
+        let parts = (0..fields.len()).map(|number| layer(job, number, fields, &illumination));
         let (mut layers, shapes): (Vec<LayerMoment>, Vec<LayerShape>) = parts.unzip();
         let sides = fields.iter().map(|field| field.thickness.width.max(field.thickness.height));
-        let (extent_m, lowest_m) = (scene.extent_m(), layers.first().map_or(0.0, |layer| layer.base_m));
+        let (extent_m, lowest_m) = (scene.extent_m(), layers.first().map_or(0.0, |layer| layer.radiating_m));
         let shape = SceneShape {
             extent_m,
             base_m: lowest_m,
@@ -142,7 +150,9 @@ impl Moment {
         for (layer, shape) in layers.iter_mut().zip(&shapes) {
             layer.blur_texels = shape.spread_m() / extent_m * f64::from(grids.sun_texels);
         }
-        let base_m = scene.base_m();
+        let cumulus = scene.cumulus.as_ref().map(|cumulus| cumulus.base_m.get());
+        let bases = layers.iter().map(|layer| layer.base_m).chain(cumulus);
+        let base_m = bases.reduce(f64::min).unwrap_or(0.0);
         let cumulus_m = scene.cumulus.as_ref().map_or(base_m, |cumulus| cumulus::highest_m(cumulus, extent_m));
         let top_m = layers.iter().map(|layer| layer.top_m).fold(cumulus_m, f64::max);
         Self { illumination, layers, plan, grids, extent_m, base_m, top_m }

@@ -8,7 +8,7 @@ use crate::field;
 use crate::method::{CumulusMethod, Reference, SlabMethod, Transport};
 use crate::request::Request;
 use crate::scene::quantity::Quantity as _;
-use crate::scene::{Atmosphere, GroundAlbedo, Layer, Scene, Thickness};
+use crate::scene::{Atmosphere, GroundAlbedo, Layer, Scene};
 use crate::spectrum::Spectrum;
 use crate::tables::Detail;
 
@@ -57,8 +57,8 @@ fn in_words(slab: SlabMethod) -> String {
 
 /// How a stratiform layer's thickness is made, and why so.
 fn field_in_words(layer: &Layer, scene: &Scene, request: &Request) -> (String, &'static str) {
-    let words = || field::octaves_in_words(&layer.thickness, field_resolution(scene, request));
-    match (is_uniform(layer), field::moves(&layer.thickness, &layer.wind)) {
+    let words = || field::octaves_in_words(&layer.shape, field_resolution(scene, request));
+    match (layer.shape.is_even(), field::moves(&layer.shape, &layer.wind)) {
         (true, _) => ("one texel".to_owned(), "the thickness is the same everywhere"),
         (_, true) => (
             format!("map displaced by eddies, {}", words()),
@@ -66,10 +66,6 @@ fn field_in_words(layer: &Layer, scene: &Scene, request: &Request) -> (String, &
         ),
         (_, false) => (format!("map moved by the mean wind, {}", words()), "no turbulence: made once, for all times"),
     }
-}
-
-fn is_uniform(layer: &Layer) -> bool {
-    matches!(layer.thickness, Thickness::Uniform(_))
 }
 
 fn duration_in_words(seconds: f64) -> String {
@@ -223,7 +219,7 @@ impl Plan {
         if scene.layers.is_empty() {
             return choices;
         }
-        let uniform = scene.layers.iter().all(is_uniform);
+        let uniform = scene.layers.iter().all(|layer| layer.shape.is_even());
         for layer in &scene.layers {
             let (choice, reason) = field_in_words(layer, scene, request);
             add("field", choice, reason.to_owned(), 0.0);

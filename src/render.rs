@@ -79,6 +79,8 @@ impl Renderer {
         const SCENE: &[u8] = br#"{"domain": {"extent_m": 64, "resolution": 4}, "layers": [
             {"thickness": {"kind": "stratocumulus"}, "droplets": {"henyey_greenstein": 0, "albedo": 0, "extinction_per_m": 0.01}},
             {"kind": "cumulus", "base_m": 1100, "spheres": [[0, 0, 1110, 16]],
+             "droplets": {"henyey_greenstein": 0, "albedo": 0, "extinction_per_m": 0.01}},
+            {"flat": "top", "top_m": 2000, "thickness": {"kind": "stratocumulus"},
              "droplets": {"henyey_greenstein": 0, "albedo": 0, "extinction_per_m": 0.01}}]}"#;
         let scene = Scene::from_json(SCENE).map_err(|_refused| RenderError::Defect("the scene to warm up with"))?;
         let scene = Arc::new(scene);
@@ -126,6 +128,7 @@ impl Renderer {
         let illumination = job.illumination();
         let mut clock = Clock::default();
         let [width, height] = request.texels(job.scene());
+        let mut base_m = job.scene().base_m();
         let (texels, plane_m, deepest_m) = if let Wanted::Compass(sphere) = &request.wanted {
             let draw = || compass::texels(sphere, [width, height], illumination.towards_sun, watch);
             (Texels { data: clock.time("draw", draw)?, standard_error: None }, 0.0, 0.0)
@@ -135,6 +138,7 @@ impl Renderer {
             (Texels { data, standard_error: None }, 0.0, 0.0)
         } else {
             let run = self.pipeline.run(job, watch, Keep::Texels, &mut clock)?;
+            base_m = run.moment.base_m;
             let plane_m = request.wanted.plane().map_or(0.0, |plane| run.moment.plane_m(plane.side));
             let deepest_m = drawn(job).into_iter().map(|number| run.fields[number].depth_m).sum::<f32>();
             let cumulus = job.scene().cumulus.as_ref();
@@ -151,7 +155,7 @@ impl Renderer {
         request.output.finish(width, channels, &mut data, standard_error.as_deref_mut())?;
         self.pipeline.gpu.check()?;
         let white = white(request, illumination, &data, deepest_m.into()) as f32;
-        Ok(Texture { width, height, channels, data, standard_error, white, plane_m, timings: clock.timings })
+        Ok(Texture { width, height, channels, data, standard_error, white, plane_m, base_m, timings: clock.timings })
     }
 
     /// Renders a job as [`Renderer::render`] does and reads the result of every stage back, with the time of each pass. For

@@ -9,6 +9,7 @@ mod air;
 mod cumulus;
 mod encoding;
 mod fields;
+mod image_reference;
 mod images;
 mod json;
 mod model;
@@ -16,6 +17,8 @@ mod parse;
 mod phase;
 pub mod quantity;
 mod read;
+mod shape;
+mod shape_maps;
 mod spelling;
 mod sun;
 mod write;
@@ -24,9 +27,13 @@ pub use aerosol::{AerosolColumn, Scatterers};
 pub use air::{AirColumn, Atmosphere, Light};
 pub use cumulus::{Cumulus, CumulusShape};
 pub use fields::{Allowed, Field, GROUPS, Group};
+pub use image_reference::{ImagePurpose, ImageReference};
 pub use images::ImageFindings;
 pub use model::{
-    Domain, Droplets, FieldError, Ground, GroundAlbedo, ImageName, ImagePurpose, ImageReference, Layer, Pattern,
-    Resolve, Scene, SceneError, Stratocumulus, Sun, SunStand, Thickness, Wind,
+    Domain, Droplets, FieldError, Ground, GroundAlbedo, ImageName, Layer, Pattern, Resolve, Scene, SceneError,
+    Stratocumulus, Sun, SunStand, Thickness, Wind,
 };
 pub(crate) use model::{direction, list};
+pub(crate) use shape::is_fill;
+pub use shape::{DepthMap, Edge, HeightMap, Shape};
+pub(crate) use shape_maps::ShapeMaps;

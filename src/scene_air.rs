@@ -6,7 +6,6 @@ use crate::field;
 use crate::ground::GroundMap;
 use crate::image::{Image, MissingImage};
 use crate::plan::Plan;
-use crate::scene::quantity::Quantity as _;
 use crate::scene::{Atmosphere, Scene};
 use crate::spectrum::Spectrum;
 use crate::tables::{AirMix, AirTables, CoverLayer, CoveredMix, CoveredTables, MixTables, TableError, TableLibrary};
@@ -57,11 +56,11 @@ pub fn covered_mix(
 ) -> Result<Option<CoveredMix>, MissingImage> {
     let mut layers = Vec::new();
     for (layer, droplets) in scene.layers.iter().zip(droplets) {
-        let columns = field::columns(&layer.thickness, images)?;
         let cross_sections = droplets.channels.each_ref().map(|channel| channel.cross_section_um2);
         let extinction_per_m = layer.droplets.extinction_per_m(cross_sections);
         let droplets = Arc::clone(droplets);
-        layers.push(CoverLayer { base_m: layer.base_m.get(), columns, extinction_per_m, droplets });
+        let profile = field::profile(&layer.shape, images, extinction_per_m[1])?;
+        layers.push(CoverLayer { profile, extinction_per_m, droplets });
     }
     Ok(layers.iter().any(CoverLayer::has_cloud).then(|| CoveredMix { air: air.clone(), layers }))
 }

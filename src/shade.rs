@@ -47,7 +47,7 @@ pub(crate) fn band(
     let passes = match texture {
         TextureKind::Thickness => each(gpu, inputs, view, false, |layer, view| {
             let binds = binds![layer.frame, view, &layer.field.thickness, &gpu.repeat, &output];
-            Some((&shaders::THICKNESS, binds))
+            Some((layer.field.shader([&shaders::THICKNESS, &shaders::THICKNESS_COLUMNS]), binds))
         })
         .map(|mut passes| {
             let view = View { first: passes.is_empty().into(), ..*view };
@@ -68,7 +68,7 @@ pub(crate) fn band(
                 let drawn_on = DrawnOn { texels: &output, behind: last?.beyond(from_above), held: &held };
                 let mut binds = cloud_binds(gpu, layer, bound, shape, from_above, &drawn_on)?;
                 binds.extend(method.binds(gpu, tables, from_above));
-                Some((method.shader(), binds))
+                Some((method.shader(layer.field), binds))
             });
             match (drawn, inputs.cumulus) {
                 (Some(mut passes), Some((before, cumulus))) => {

@@ -227,6 +227,17 @@ fn extremes() -> Vec<Value> {
                 { "base_m": 7, "thickness": field(json!({ "mean_m": 1e-300, "coverage": 0.5, "pattern": "fractal" })), "droplets": closed(0.85, 1.0) },
             ]),
         ),
+        // Cloud that hangs, from the ground to the top of all.
+        stacked(
+            json!({ "extent_m": 100, "resolution": 16 }),
+            89.99,
+            json!([
+                { "flat": "top", "top_m": 0, "thickness": uniform(0.0), "droplets": closed(0.85, 1.0) },
+                { "flat": "top", "top_m": 15_000, "thickness": field(json!({ "mean_m": 6000, "coverage": 0.5, "cell_m": 1 })), "droplets": closed(0.98, 1.0), "wind": storm },
+                { "flat": "top", "top_m": 20_000, "thickness": field(json!({ "coverage": 0 })), "droplets": closed(0.85, 1e-4) },
+                { "flat": "top", "top_m": 30_000, "thickness": field(json!({ "mean_m": 1e-9, "pattern": "open" })), "droplets": closed(-0.9, 1.0) },
+            ]),
+        ),
         // The thinnest and the densest water.
         stacked(
             json!({ "extent_m": 1000, "resolution": 8 }),

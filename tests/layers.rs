@@ -248,6 +248,7 @@ fn two_layers_agree_with_monte_carlo() {
         let layers = [(800.0, &maps[0]), (3000.0, &maps[1])].map(|(base_m, thickness)| Layer {
             base_m,
             thickness,
+            ragged: false,
             offset_uv: [0.0; 2],
             extinction_per_m: 0.04,
             albedo: 1.0,

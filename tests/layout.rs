@@ -61,7 +61,7 @@ fn host_layouts() -> Vec<(&'static str, Layout)> {
             forward,
             forward_550,
         }),
-        host_layout!(Placement { offset_uv, shift_uv, above_uv, extent_m, base_m, depth_m, max_steps, lowest, spare }),
+        host_layout!(Placement { offset_uv, shift_uv, above_uv, extent_m, base_m, depth_m, max_steps, lowest, ragged }),
         host_layout!(SunMaps { sample_at, texels, columns }),
         host_layout!(Frame { sun, medium, place, maps }),
         host_layout!(View {
@@ -316,7 +316,7 @@ fn a_swap_in_the_real_text_is_seen() {
         source.replace("base_m: f32", "@@").replace("depth_m: f32", "base_m: f32").replace("@@", "depth_m: f32");
     assert_ne!(source, swapped);
     let (_, host) =
-        host_layout!(Placement { offset_uv, shift_uv, above_uv, extent_m, base_m, depth_m, max_steps, lowest, spare });
+        host_layout!(Placement { offset_uv, shift_uv, above_uv, extent_m, base_m, depth_m, max_steps, lowest, ragged });
     assert_ne!(wgsl_layout(&parse(&swapped), "Placement"), host);
 }
 

@@ -47,7 +47,7 @@ fn sun(zenith_deg: f64, azimuth_deg: f64) -> [f64; 3] {
 }
 
 fn layer<'a>(thickness: &'a Map, phase: &'a PhaseFunction) -> Layer<'a> {
-    Layer { base_m: 1000.0, thickness, offset_uv: [0.0; 2], extinction_per_m: 0.04, albedo: 1.0, phase }
+    Layer { base_m: 1000.0, thickness, ragged: false, offset_uv: [0.0; 2], extinction_per_m: 0.04, albedo: 1.0, phase }
 }
 
 fn problem<'a>(layers: &'a [Layer<'a>], ground_albedo: &'a Map, towards_sun: [f64; 3]) -> FieldProblem<'a> {
@@ -219,6 +219,7 @@ fn even_clouds_are_slabs() {
     let same = |base_m: f64, thickness, extinction_per_m: f64| Layer {
         base_m,
         thickness,
+        ragged: false,
         extinction_per_m,
         albedo: 0.99,
         ..layer(&map, &phase)
@@ -493,6 +494,7 @@ fn three_colours_are_three_runs() {
     let layers = [RgbLayer {
         base_m: 700.0,
         thickness: &map,
+        ragged: false,
         offset_uv: [0.25, 0.0],
         extinction_per_m: [0.01, 0.02, 0.04],
         albedo: [0.9, 0.99, 1.0],
@@ -516,6 +518,7 @@ fn three_colours_are_three_runs() {
         let layer = Layer {
             base_m: 700.0,
             thickness: &map,
+            ragged: false,
             offset_uv: [0.25, 0.0],
             extinction_per_m: layers[0].extinction_per_m[c],
             albedo: layers[0].albedo[c],

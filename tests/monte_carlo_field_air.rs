@@ -44,7 +44,7 @@ fn sun(zenith_deg: f64) -> [f64; 3] {
 }
 
 fn layer<'a>(thickness: &'a Map, phase: &'a PhaseFunction) -> Layer<'a> {
-    Layer { base_m: 1000.0, thickness, offset_uv: [0.0; 2], extinction_per_m: 0.02, albedo: 1.0, phase }
+    Layer { base_m: 1000.0, thickness, ragged: false, offset_uv: [0.0; 2], extinction_per_m: 0.02, albedo: 1.0, phase }
 }
 
 fn problem<'a>(

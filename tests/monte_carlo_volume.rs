@@ -424,6 +424,7 @@ fn layers_of_uneven_thickness_are_those_of_the_solver_for_fields() {
     let layers = [Layer {
         base_m: 400.0,
         thickness: &map,
+        ragged: false,
         offset_uv,
         extinction_per_m: 0.03,
         albedo: 0.97,

@@ -3,6 +3,7 @@
 
 use proptest::prelude::*;
 use serde_json::{Value, json};
+use skyloom::image::{Image, ImageEncoding};
 use skyloom::request::{Request, RequestError};
 use skyloom::scene::{Scene, SceneError};
 
@@ -329,4 +330,119 @@ proptest! {
     fn any_query_text_gives_a_request_or_an_error(name in "[a-z]{1,9}", value in "\\PC{0,20}") {
         let _ = parse("cloud", "png", &[(&name, &value)]);
     }
+}
+
+/// A layer that has these fields alone.
+fn shaped(fields: Value) -> Value {
+    json!({ "layers": [fields] })
+}
+
+const NAME: &str = "aaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaa";
+
+#[test]
+fn shapes_are_their_own_normal_form() {
+    let (heights, depth) = (json!({"image": NAME, "scale_m": 2, "fill": -999}), json!({"image": NAME, "scale": 0.01}));
+    let uniform = json!({"kind": "uniform", "metres": 200});
+    for fields in [
+        json!({"flat": "top", "top_m": 900, "thickness": {"kind": "stratocumulus", "mean_m": 200}}),
+        json!({"flat": "top", "top_m": 900, "base": heights}),
+        json!({"base": heights, "top": heights}),
+        json!({"base": heights, "thickness": uniform, "optical_depth": depth}),
+        json!({"top": heights, "optical_depth": depth}),
+        json!({"top": heights, "base_m": 300}),
+        json!({"base_m": 300, "optical_depth": depth}),
+        json!({"thickness": {"kind": "image", "image": NAME, "scale_m": 300, "fill": 0.5}}),
+    ] {
+        let scene = Scene::from_json(shaped(fields.clone()).to_string().as_bytes()).unwrap();
+        let text = scene.to_json();
+        assert_eq!(Scene::from_json(text.to_string().as_bytes()).unwrap(), scene, "{fields}");
+        for (field, value) in fields.as_object().unwrap().iter().filter(|(_, value)| !value.is_object()) {
+            let written = &text["layers"][0][field];
+            assert!(written == value || written.as_f64() == value.as_f64(), "{fields}: {written}");
+        }
+        let images = fields.as_object().unwrap().values().filter(|value| value.get("image").is_some()).count();
+        assert_eq!(scene.image_references().len(), images, "{fields}");
+    }
+    // A base that is said to be flat is what it is without a word.
+    let said = json!({"flat": "base", "base_m": 800, "thickness": uniform});
+    let unsaid = json!({"base_m": 800, "thickness": uniform});
+    let id = |fields: Value| Scene::from_json(shaped(fields).to_string().as_bytes()).unwrap().id();
+    assert_eq!(id(said), id(unsaid));
+}
+
+#[test]
+fn shapes_that_say_too_much_or_too_little_are_told() {
+    let (heights, depth) = (json!({"image": NAME, "scale_m": 2}), json!({"image": NAME}));
+    let uniform = json!({"kind": "uniform", "metres": 200});
+    let sheet = json!({"kind": "stratocumulus"});
+    for (fields, pointer, words) in [
+        (json!({"top": heights}), "thickness", "missing"),
+        (json!({"flat": "top", "thickness": uniform}), "top_m", "missing"),
+        (json!({"flat": "side", "thickness": uniform}), "flat", "base, top"),
+        (json!({"top_m": 900, "thickness": uniform}), "top_m", "\"flat\": \"top\""),
+        (json!({"flat": "top", "top_m": 900, "base_m": 600, "thickness": uniform}), "base_m", "leave it out"),
+        (json!({"flat": "top", "top_m": 150, "thickness": uniform}), "thickness/metres", "at most that"),
+        (json!({"flat": "top", "top_m": 600, "thickness": sheet}), "thickness/mean_m", "2.5"),
+        (json!({"base": heights, "top": heights, "thickness": uniform}), "thickness", "leave it out"),
+        (json!({"base": heights, "base_m": 100, "thickness": uniform}), "base_m", "beside `base`"),
+        (json!({"base_m": 100, "thickness": sheet, "optical_depth": depth}), "thickness/kind", "uniform, image"),
+        (json!({"base_m": 100, "optical_depth": {"image": NAME, "scale_m": 1}}), "optical_depth/scale_m", "scale"),
+        (
+            json!({"base_m": 100, "optical_depth": depth, "wind": {"turbulence_m_s": 1}}),
+            "wind/turbulence_m_s",
+            "eddies",
+        ),
+        (json!({"top": {"image": NAME}, "base_m": 100}), "top/scale_m", "missing"),
+        (json!({"top": {"image": NAME, "scale_m": 1, "fill": "none"}, "base_m": 100}), "top/fill", "number"),
+        (json!({"kind": "cumulus", "flat": "top"}), "flat", "allowed"),
+    ] {
+        let found = errors(&shaped(fields.clone()).to_string());
+        let [(at, detail)] = &found[..] else { panic!("{fields}: {found:?}") };
+        assert_eq!(at, &format!("/layers/0/{pointer}"), "{fields}");
+        assert!(detail.contains(words), "{fields}: {detail}");
+    }
+    // A layer above a flat top is above it.
+    let text = json!({"layers": [
+        {"flat": "top", "top_m": 900, "thickness": uniform}, {"base_m": 850, "thickness": uniform}]});
+    let found = errors(&text.to_string());
+    assert!(found[0].0 == "/layers/1/base_m" && found[0].1.contains("the top of layer 0"), "{found:?}");
+}
+
+#[test]
+fn maps_that_do_not_fit_together_are_told() {
+    let name = |letter: &str| letter.repeat(64);
+    let image = |width: u32, data: &[f32]| {
+        let height = data.len() as u32 / width;
+        std::sync::Arc::new(Image::new(width, height, 1, data.to_vec(), ImageEncoding::Float).unwrap())
+    };
+    let check = |fields: Value, images: Vec<(String, std::sync::Arc<Image>)>| {
+        let scene = Scene::from_json(shaped(fields).to_string().as_bytes()).unwrap();
+        scene.check_images(&images.into_iter().collect()).errors
+    };
+    let map = |letter: &str| json!({"image": name(letter), "scale_m": 1, "fill": -999});
+    let two = |base: &[f32], top: &[f32]| vec![(name("a"), image(2, base)), (name("b"), image(2, top))];
+    let both = json!({"base": map("a"), "top": map("b")});
+    assert!(check(both.clone(), two(&[500.0, 600.0, -999.0, 400.0], &[700.0, 600.0, -999.0, 900.0])).is_empty());
+    for (images, pointer, words) in [
+        (two(&[500.0, 600.0, 500.0, 500.0], &[700.0, 550.0, 600.0, 600.0]), "/layers/0", ["1 of 4", "column 1, row 0"]),
+        (
+            two(&[500.0, -9999.0, 500.0, 500.0], &[700.0, 650.0, 600.0, 600.0]),
+            "/layers/0/base/image",
+            ["-9999", "`fill`"],
+        ),
+        (two(&[500.0, 500.0], &[700.0, 650.0, 600.0, 600.0]), "/layers/0/top/image", ["2 x 2", "2 x 1"]),
+    ] {
+        let found = check(both.clone(), images);
+        let [error] = &found[..] else { panic!("{found:?}") };
+        assert_eq!(error.pointer, pointer);
+        assert!(words.iter().all(|word| error.detail.contains(word)), "{}", error.detail);
+    }
+    // Cloud by optical depth needs a height, and none below the ground.
+    let depth = json!({"image": name("c")});
+    let by_depth = |top: &[f32], depth: &[f32]| vec![(name("b"), image(2, top)), (name("c"), image(2, depth))];
+    let hung = json!({"top": map("b"), "thickness": {"kind": "uniform", "metres": 300}, "optical_depth": depth});
+    assert!(check(hung.clone(), by_depth(&[900.0, 100.0], &[4.0, 0.0])).is_empty());
+    assert!(check(hung, by_depth(&[900.0, 100.0], &[4.0, 2.0]))[0].detail.contains("below the ground"));
+    let found = check(json!({"base_m": 100, "optical_depth": depth}), vec![(name("c"), image(2, &[4.0, 1001.0]))]);
+    assert!(found[0].pointer == "/layers/0/optical_depth/image" && found[0].detail.contains("1000"), "{found:?}");
 }

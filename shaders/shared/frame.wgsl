@@ -33,11 +33,11 @@ struct Placement {
     shift_uv: vec2<f32>,      // from a ground point to where its sun ray crosses the layer's base
     above_uv: vec2<f32>,      // from a point of the base to where its sun ray crosses the base of the layer above
     extent_m: f32,            // side of the domain
-    base_m: f32,
-    depth_m: f32,             // no cloud is thicker
+    base_m: f32,              // height of the base plane: the lowest base
+    depth_m: f32,             // no cloud is higher above it
     max_steps: u32,           // cuts of a ray through the layer
     lowest: u32,              // 1: below the layer there is the ground, 0: another layer
-    spare: u32,
+    ragged: u32,              // 1: columns have bases, tops and extinctions of their own: see columns.wgsl
 }
 
 // The layer's maps of sunlight.

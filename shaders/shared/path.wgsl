@@ -10,24 +10,8 @@
 // A ray that would be cut more than max_steps times, close to the horizon, is an approximation: it climbs as far on a
 // shorter way over the map, whose clouds stand for those of the whole way. Flat layers stay exact.
 // Where the heights are not needed, the shader says so: PATH_SEEN is a constant of each.
-struct Path {
-    length_m: f32,
-    low_m: f32,  // mean height above the base of what is seen of the cloud along the ray, from below
-    high_m: f32, // and from above
-}
 
-fn path_in_layer(
-    map: texture_2d<f32>,
-    bounds: texture_2d<f32>,
-    repeat: sampler,
-    frame: Frame,
-    base_uv: vec2<f32>,
-    up: vec3<f32>,
-) -> Path {
-    return path_from(map, bounds, repeat, frame, base_uv, up, 0.0);
-}
-
-// The same for a ray that starts from_m above the base, at start_uv.
+// A ray that starts from_m above the base, at start_uv.
 fn path_from(
     map: texture_2d<f32>,
     bounds: texture_2d<f32>,
@@ -109,22 +93,6 @@ fn path_from(
         height_m = next_m;
     }
     return Path(sum / cosine, from_m + low.x / max(low.y, 1e-30), from_m + high.x / max(high.y, 1e-30));
-}
-
-// Mean depth at which light is stopped in a stretch of optical depth x that stops it, as a part of the stretch: 1/2 in a
-// thin one, 1/x in a thick one.
-fn path_mean_depth(x: f32) -> f32 {
-    return select(1.0 / max(x, 0.3) - 1.0 / (exp(min(x, 80.0)) - 1.0), 0.5 - x / 12.0 + x * x * x / 720.0, x < 0.3);
-}
-
-// The cell that a ray goes into: where it lies on a line, the one ahead.
-fn path_cell(place: vec2<f32>, forward: vec2<bool>) -> vec2<f32> {
-    return select(ceil(place) - 1.0, floor(place), forward);
-}
-
-// Ways up to where a ray leaves a square on each axis.
-fn path_end(place: vec2<f32>, corner: vec2<f32>, side: f32, pitch: vec2<f32>, forward: vec2<bool>) -> vec2<f32> {
-    return select(place - corner, corner + side - place, forward) * pitch;
 }
 
 // Value between the four texels of a cell, at a place from 0 to 1.

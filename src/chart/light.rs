@@ -159,6 +159,7 @@ fn at_sun(
     let layers = [Layer {
         base_m: BASE_M,
         thickness,
+        ragged: false,
         offset_uv: [0.0; 2],
         extinction_per_m: EXTINCTION_PER_M,
         albedo: 1.0,

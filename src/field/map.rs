@@ -1,18 +1,29 @@
-//! A thickness map on the device, and the passes that every field takes.
+//! A layer's map on the device, and the passes that every field takes.
 
+use super::columns::ColumnMap;
 use super::transfer;
 use crate::gpu::layout::{BOUNDS_TEXELS, Histogram};
+use crate::gpu::shaders::Shader;
 use crate::gpu::{Gpu, GpuError, Pass, Target, binds, shaders};
 use std::time::Instant;
 
-/// A thickness map on the device.
+/// A layer's map on the device: of its thickness over a flat base, or of columns.
 pub(crate) struct Field {
+    /// Thickness; or, where it is [`Field::ragged`], what `shaders/shared/columns.wgsl` tells.
     pub(crate) thickness: Target,
-    /// Least and greatest thickness of blocks of texels.
+    /// Least and greatest thickness of blocks of texels, or lowest base and highest top.
     pub(crate) bounds: Target,
-    /// Greatest thickness, metres.
+    /// Whether columns have bases, tops and extinctions of their own.
+    pub(crate) ragged: bool,
+    /// Height of the base plane above the ground, metres: no base is lower.
+    pub(crate) base_m: f64,
+    /// Mean height of the bases, metres.
+    pub(crate) mean_base_m: f64,
+    /// Mean extinction of the cloudy columns, relative to the droplets'.
+    pub(crate) density: f64,
+    /// Greatest height above the base plane, metres.
     pub(crate) depth_m: f32,
-    /// Greatest thickness at any time, metres: the height of the plane that views from above refer to.
+    /// The same at any time, metres: the height of the plane that views from above refer to.
     pub(crate) top_m: f32,
 }
 
@@ -26,7 +37,53 @@ impl Field {
     ) -> Result<Self, GpuError> {
         let bounds = bounds(gpu, &thickness);
         gpu.run("field_bounds", deadline, &[find_bounds(&thickness, &bounds)])?;
-        Ok(Self { thickness, bounds, depth_m: greatest_m, top_m: greatest_m })
+        Ok(Self::sheet(thickness, bounds, greatest_m, greatest_m))
+    }
+
+    /// A thickness over a flat base, on the ground.
+    pub(super) fn sheet(thickness: Target, bounds: Target, depth_m: f32, top_m: f32) -> Self {
+        let (base_m, mean_base_m) = (0.0, 0.0);
+        Self { thickness, bounds, ragged: false, base_m, mean_base_m, density: 1.0, depth_m, top_m }
+    }
+
+    /// The same over a base at some height.
+    pub(super) fn on(self, base_m: f64) -> Self {
+        Self { base_m, mean_base_m: base_m, ..self }
+    }
+
+    /// The thickness hung down from a flat top; `mean_m` is that of its cloudy part.
+    pub(super) fn hung(self, gpu: &Gpu, top_m: f64, mean_m: f64, deadline: Option<Instant>) -> Result<Self, GpuError> {
+        let columns = gpu.texture("columns", [self.thickness.width, self.thickness.height], 4, 1);
+        let top = gpu.texture_from("top", [1, 1], 1, &[self.depth_m]);
+        let binds = binds![&self.thickness, &top, &columns.levels[0]];
+        let bounds = bounds(gpu, &columns);
+        let hang = Pass::new(&shaders::FIELD_HANG, [columns.width, columns.height], binds);
+        gpu.run("field_hang", deadline, &[hang, find_column_bounds(&columns, &bounds)])?;
+        Ok(Self {
+            thickness: columns,
+            bounds,
+            ragged: true,
+            base_m: top_m - f64::from(self.depth_m),
+            mean_base_m: top_m - mean_m,
+            density: 1.0,
+            depth_m: self.depth_m,
+            top_m: self.depth_m,
+        })
+    }
+
+    /// A field of columns.
+    pub(super) fn of_columns(gpu: &Gpu, map: &ColumnMap, deadline: Option<Instant>) -> Result<Self, GpuError> {
+        let columns = gpu.texture_from("columns", map.size, 4, map.texels.as_flattened());
+        let bounds = bounds(gpu, &columns);
+        gpu.run("field_bounds", deadline, &[find_column_bounds(&columns, &bounds)])?;
+        let depth_m = map.depth_m as f32;
+        let (base_m, [mean_base_m, _], density) = (map.base_m, map.mean_m, map.density);
+        Ok(Self { thickness: columns, bounds, ragged: true, base_m, mean_base_m, density, depth_m, top_m: depth_m })
+    }
+
+    /// The one of two shaders that reads this kind of map.
+    pub(crate) fn shader(&self, [sheet, columns]: [&'static Shader; 2]) -> &'static Shader {
+        if self.ragged { columns } else { sheet }
     }
 
     /// Whether the map is the same everywhere.
@@ -42,6 +99,10 @@ pub(super) fn bounds(gpu: &Gpu, map: &Target) -> Target {
 
 pub(super) fn find_bounds(map: &Target, bounds: &Target) -> Pass {
     Pass::new(&shaders::FIELD_BOUNDS, [bounds.width, bounds.height], binds![map, &bounds.levels[0]])
+}
+
+fn find_column_bounds(map: &Target, bounds: &Target) -> Pass {
+    Pass::new(&shaders::FIELD_BOUNDS_COLUMNS, [bounds.width, bounds.height], binds![map, &bounds.levels[0]])
 }
 
 /// Workgroups that count: enough for every core of a device, and few enough that adding up their bins costs little.

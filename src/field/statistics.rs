@@ -1,10 +1,12 @@
 //! How thick a layer is, as a distribution: without its map, and the same at all times.
 
+use super::columns::ColumnMap;
+use super::image_metres::metres;
 use super::synthetic;
 use super::transfer::{Distribution, calibrate};
 use crate::image::{Image, MissingImage};
-use crate::scene::Thickness;
 use crate::scene::quantity::Quantity as _;
+use crate::scene::{Shape, Thickness};
 use std::collections::HashMap;
 use std::sync::Arc;
 
@@ -20,12 +22,54 @@ pub struct Column {
     pub thickness_m: f64,
 }
 
-/// The columns of a layer; their parts add up to 1. A synthetic field is taken as its distribution is meant: that of any one
-/// field of finite size differs a little. `images` are those that the scene names.
+/// How deep a layer is, and where.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Profile {
+    /// Mean height of the cloudy columns' bases above the ground, m.
+    pub base_m: f64,
+    /// Mean height of their tops above that, m, where it is not the mean of the columns' thickness.
+    pub own_thickness_m: Option<f64>,
+    /// Its columns: as thick as cloud of the layer's extinction had to be for their optical depths.
+    pub columns: Vec<Column>,
+}
+
+/// Where the cloud of a layer is, without its map. `images` are those that the scene names, `extinction_per_m` is that of the
+/// layer's droplets at 550 nm.
 ///
 /// # Errors
 /// The layer's image is not among them.
-pub fn columns(thickness: &Thickness, images: &HashMap<String, Arc<Image>>) -> Result<Vec<Column>, MissingImage> {
+pub fn profile(
+    shape: &Shape,
+    images: &HashMap<String, Arc<Image>>,
+    extinction_per_m: f64,
+) -> Result<Profile, MissingImage> {
+    if shape.has_maps() {
+        let map = ColumnMap::new(shape, images, extinction_per_m)?;
+        let [base_m, top_m] = map.mean_m;
+        let paths_m: Vec<f32> = map.paths_m().collect();
+        return Ok(Profile { base_m, own_thickness_m: Some(top_m - base_m), columns: of_metres(&paths_m) });
+    }
+    let columns = match &shape.thickness {
+        Some(thickness) => columns(thickness, images)?,
+        None => Vec::new(),
+    };
+    let base_m = match (shape.flat_base_m(), shape.hangs_from_m()) {
+        (Some(base_m), _) => base_m,
+        (None, top_m) => top_m.unwrap_or(0.0) - mean_m(&columns),
+    };
+    Ok(Profile { base_m, own_thickness_m: None, columns })
+}
+
+/// Mean thickness of the cloudy columns, m.
+pub(crate) fn mean_m(columns: &[Column]) -> f64 {
+    let cloudy = columns.iter().filter(|column| column.thickness_m > 0.0);
+    let (part, sum) = cloudy.fold((0.0, 0.0), |(part, sum), c| (part + c.part, sum + c.part * c.thickness_m));
+    if part > 0.0 { sum / part } else { 0.0 }
+}
+
+/// The columns of a layer by its thickness; their parts add up to 1. A synthetic field is taken as its distribution is meant: that of any one
+/// field of finite size differs a little. `images` are those that the scene names.
+fn columns(thickness: &Thickness, images: &HashMap<String, Arc<Image>>) -> Result<Vec<Column>, MissingImage> {
     Ok(match thickness {
         Thickness::Uniform(metres) => vec![Column { part: 1.0, thickness_m: metres.get() }],
         Thickness::Stratocumulus(wanted) => {
@@ -34,17 +78,19 @@ pub fn columns(thickness: &Thickness, images: &HashMap<String, Arc<Image>>) -> R
             let transfer = calibrate(&gaussian, wanted.coverage.get(), wanted.mean_m.get(), spread);
             grouped(&gaussian, |g| transfer.thickness((spread * g).exp()))
         }
-        Thickness::Map { image: name, scale_m } => {
+        Thickness::Map { image: name, scale_m, fill } => {
             let image = images.get(&name.0).ok_or_else(|| MissingImage(name.0.clone()))?;
-            let first_channel = image.data.iter().step_by(image.channels as usize);
-            let metres: Vec<f32> = first_channel.map(|sample| (f64::from(*sample) * scale_m.get()) as f32).collect();
-            let greatest_m = f64::from(metres.iter().copied().fold(0.0, f32::max));
-            if greatest_m <= 0.0 {
-                return Ok(vec![Column { part: 1.0, thickness_m: 0.0 }]);
-            }
-            grouped(&Distribution::of(&metres, 0.0, greatest_m), |metres| metres)
+            of_metres(&metres(image, scale_m.get(), *fill))
         }
     })
+}
+
+fn of_metres(metres: &[f32]) -> Vec<Column> {
+    let greatest_m = f64::from(metres.iter().copied().fold(0.0, f32::max));
+    if greatest_m <= 0.0 {
+        return vec![Column { part: 1.0, thickness_m: 0.0 }];
+    }
+    grouped(&Distribution::of(metres, 0.0, greatest_m), |metres| metres)
 }
 
 /// A distribution in groups of like size, each with its mean; what is no cloud stands alone.
@@ -82,7 +128,7 @@ mod tests {
             r#"{{"layers": [{{"base_m": 900, "thickness": {thickness}, "droplets": {{"effective_radius_um": 7}}}}]}}"#
         );
         let scene = Scene::from_json(text.as_bytes()).unwrap();
-        columns(&scene.layers[0].thickness, &HashMap::new()).unwrap()
+        profile(&scene.layers[0].shape, &HashMap::new(), 0.05).unwrap().columns
     }
 
     #[test]

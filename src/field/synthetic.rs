@@ -242,7 +242,7 @@ impl Synthetic {
         // Rounding on the device can lift the thickest texel by a few units in the last place.
         let depth_m = (found.greatest_m * (1.0 + 1e-5)) as f32;
         let top_m = if moves && depth_m > 0.0 { transfer.clip_m } else { depth_m };
-        Ok((Field { thickness, bounds, depth_m, top_m }, transfer))
+        Ok((Field::sheet(thickness, bounds, depth_m, top_m), transfer))
     }
 
     pub(super) fn inspect(

@@ -82,8 +82,8 @@ pub struct Placement {
     pub max_steps: u32,
     /// 1: below the layer there is the ground, 0: another layer.
     pub lowest: u32,
-    /// Unused.
-    pub spare: u32,
+    /// 1: columns have bases, tops and extinctions of their own.
+    pub ragged: u32,
 }
 
 /// A layer's maps of sunlight.

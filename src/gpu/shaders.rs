@@ -30,8 +30,15 @@ const FRAME: &str = wgsl!("shared/frame");
 const FILTERED: &str = wgsl!("shared/sampling_filtered");
 const LOADED: &str = wgsl!("shared/sampling_loaded");
 const NOISE: &str = wgsl!("shared/noise");
+const SHEET: &str = wgsl!("shared/sheet");
+const COLUMNS: &str = wgsl!("shared/columns");
+const LEVEL_SHEET: &str = wgsl!("shared/level_sheet");
+const LEVEL_COLUMNS: &str = wgsl!("shared/level_columns");
+const MARCH: &str = wgsl!("shared/march");
 const PATH: &str = wgsl!("shared/path");
+const PATH_COLUMNS: &str = wgsl!("shared/path_columns");
 const PATH_SAMPLED: &str = wgsl!("shared/path_sampled");
+const PATH_SAMPLED_COLUMNS: &str = wgsl!("shared/path_sampled_columns");
 const PROJECTION: &str = wgsl!("shared/projection");
 const SLAB: &str = wgsl!("shared/slab");
 const SUN: &str = wgsl!("shared/sun");
@@ -87,25 +94,45 @@ shaders! {
     FIELD_HISTOGRAM: "field_histogram", [256, 1, 1], [];
     FIELD_REMAP: "field_remap", IMAGE, [];
     FIELD_THICKNESS: "field_thickness", IMAGE, [];
-    FIELD_BOUNDS: "field_bounds", IMAGE, [];
-    FIELD_LEVEL: "field_level", IMAGE, [];
+    FIELD_HANG: "field_hang", IMAGE, [];
+    FIELD_BOUNDS: "field_bounds", IMAGE, [SHEET];
+    FIELD_BOUNDS_COLUMNS: "field_bounds_columns" of "field_bounds", IMAGE, [COLUMNS];
+    FIELD_LEVEL: "field_level", IMAGE, [LEVEL_SHEET];
+    FIELD_LEVEL_COLUMNS: "field_level_columns" of "field_level", IMAGE, [LEVEL_COLUMNS];
     DOWNSAMPLE: "downsample", IMAGE, [];
-    SUN_ENTRY: "sun_entry", IMAGE, [PATH];
+    SUN_ENTRY: "sun_entry", IMAGE, [SHEET, MARCH, PATH];
+    SUN_ENTRY_COLUMNS: "sun_entry_columns" of "sun_entry", IMAGE, [COLUMNS, MARCH, PATH_COLUMNS];
     BLUR: "blur", IMAGE, [];
-    BASE_LIGHT: "base_light", IMAGE, [PATH, SLAB, SUN];
-    BASE_BEAM: "base_beam", IMAGE, [PATH, SLAB, SUN];
+    BASE_LIGHT: "base_light", IMAGE, [MARCH, PATH, SLAB, SUN];
+    BASE_LIGHT_COLUMNS: "base_light_columns" of "base_light", IMAGE, [COLUMNS, MARCH, PATH_COLUMNS, SLAB, SUN];
+    BASE_BEAM: "base_beam", IMAGE, [MARCH, PATH, SLAB, SUN];
+    BASE_BEAM_COLUMNS: "base_beam_columns" of "base_beam", IMAGE, [COLUMNS, MARCH, PATH_COLUMNS, SLAB, SUN];
     BASE_COLUMN: "base_column", IMAGE, [SLAB];
     SUN_SHARE: "sun_share", IMAGE, [];
-    GROUND_SUN: "ground_sun", IMAGE, [PATH, SLAB, SUN];
-    THICKNESS: "thickness", IMAGE, [];
+    GROUND_SUN: "ground_sun", IMAGE, [MARCH, PATH, SLAB, SUN];
+    GROUND_SUN_COLUMNS: "ground_sun_columns" of "ground_sun", IMAGE, [COLUMNS, MARCH, PATH_COLUMNS, SLAB, SUN];
+    THICKNESS: "thickness", IMAGE, [SHEET];
+    THICKNESS_COLUMNS: "thickness_columns" of "thickness", IMAGE, [COLUMNS];
     SHADOW: "shadow", IMAGE, [];
     IRRADIANCE: "irradiance", IMAGE, [];
-    CLOUD_FORWARD: "cloud_forward", IMAGE, [PROJECTION, PATH, SLAB, CLOUD, CLOUD_PLANE];
-    CLOUD_ANALYTIC: "cloud_analytic", IMAGE, [PROJECTION, PATH, SLAB, CLOUD, CLOUD_PLANE];
-    CLOUD_TABULATED: "cloud_tabulated", IMAGE, [PROJECTION, PATH, SLAB, CLOUD, CLOUD_PLANE];
+    CLOUD_FORWARD: "cloud_forward", IMAGE, [PROJECTION, MARCH, PATH, SLAB, CLOUD, CLOUD_PLANE];
+    CLOUD_FORWARD_COLUMNS: "cloud_forward_columns" of "cloud_forward", IMAGE,
+        [PROJECTION, COLUMNS, MARCH, PATH_COLUMNS, SLAB, CLOUD, CLOUD_PLANE];
+    CLOUD_ANALYTIC: "cloud_analytic", IMAGE, [PROJECTION, MARCH, PATH, SLAB, CLOUD, CLOUD_PLANE];
+    CLOUD_ANALYTIC_COLUMNS: "cloud_analytic_columns" of "cloud_analytic", IMAGE,
+        [PROJECTION, COLUMNS, MARCH, PATH_COLUMNS, SLAB, CLOUD, CLOUD_PLANE];
+    CLOUD_TABULATED: "cloud_tabulated", IMAGE, [PROJECTION, MARCH, PATH, SLAB, CLOUD, CLOUD_PLANE];
+    CLOUD_TABULATED_COLUMNS: "cloud_tabulated_columns" of "cloud_tabulated", IMAGE,
+        [PROJECTION, COLUMNS, MARCH, PATH_COLUMNS, SLAB, CLOUD, CLOUD_PLANE];
     SKY_FORWARD: "sky_forward" of "cloud_forward", IMAGE, [SPHERE, AIR, PATH_SAMPLED, SLAB, CLOUD, CLOUD_SKY];
     SKY_ANALYTIC: "sky_analytic" of "cloud_analytic", IMAGE, [SPHERE, AIR, PATH_SAMPLED, SLAB, CLOUD, CLOUD_SKY];
     SKY_TABULATED: "sky_tabulated" of "cloud_tabulated", IMAGE, [SPHERE, AIR, PATH_SAMPLED, SLAB, CLOUD, CLOUD_SKY];
+    SKY_FORWARD_COLUMNS: "sky_forward_columns" of "cloud_forward", IMAGE,
+        [SPHERE, AIR, COLUMNS, PATH_SAMPLED_COLUMNS, SLAB, CLOUD, CLOUD_SKY];
+    SKY_ANALYTIC_COLUMNS: "sky_analytic_columns" of "cloud_analytic", IMAGE,
+        [SPHERE, AIR, COLUMNS, PATH_SAMPLED_COLUMNS, SLAB, CLOUD, CLOUD_SKY];
+    SKY_TABULATED_COLUMNS: "sky_tabulated_columns" of "cloud_tabulated", IMAGE,
+        [SPHERE, AIR, COLUMNS, PATH_SAMPLED_COLUMNS, SLAB, CLOUD, CLOUD_SKY];
     CUMULUS_SKY_LATTICE: "cumulus_sky_lattice" of "cumulus_sky", IMAGE, [SPHERE, AIR, CUMULUS, CUMULUS_LIGHT, PIECES, LATTICE];
     CUMULUS_SKY_OCTAVES: "cumulus_sky_octaves" of "cumulus_sky", IMAGE, [SPHERE, AIR, CUMULUS, CUMULUS_LIGHT, PIECES, OCTAVES];
     CUMULUS_SKY_FORWARD: "cumulus_sky_forward" of "cumulus_sky", IMAGE, [SPHERE, AIR, CUMULUS, CUMULUS_LIGHT, FORWARD];

@@ -157,6 +157,8 @@ pub struct Texture {
     pub white: f32,
     /// Height of the plane that the texels lie in, metres.
     pub plane_m: f64,
+    /// Height of the lowest cloud base, metres; 0 without clouds.
+    pub base_m: f64,
     /// What each stage took; those that were kept from earlier requests are absent.
     pub timings: Vec<(&'static str, Duration)>,
 }

@@ -98,7 +98,11 @@ fn passes(gpu: &Gpu, layer: &LayerInputs<'_>, maps: &SunMaps, above: [&Target; 2
     let (repeat, clamp) = (&gpu.repeat, &gpu.clamp);
     let mut passes = Vec::new();
     let mut add = |shader, binds| passes.push(Pass::new(shader, size, binds));
-    add(&shaders::SUN_ENTRY, binds![frame, thickness, bounds, repeat, &maps.entry.levels[0]]);
+    let of = |shaders| layer.field.shader(shaders);
+    add(
+        of([&shaders::SUN_ENTRY, &shaders::SUN_ENTRY_COLUMNS]),
+        binds![frame, thickness, bounds, repeat, &maps.entry.levels[0]],
+    );
     if layer.blur_texels >= LEAST_BLUR {
         for (axis, from, to) in [([1, 0], &maps.entry, &maps.half_blurred), ([0, 1], &maps.half_blurred, &maps.blurred)]
         {
@@ -122,12 +126,12 @@ fn passes(gpu: &Gpu, layer: &LayerInputs<'_>, maps: &SunMaps, above: [&Target; 2
         &maps.entered.levels[0],
         &maps.reflected.levels[0],
     ];
-    add(&shaders::BASE_LIGHT, base_light);
+    add(of([&shaders::BASE_LIGHT, &shaders::BASE_LIGHT_COLUMNS]), base_light);
     if let Some(beam) = &maps.ground_beam {
         let transmittance = &tables.transmittance;
         let binds =
             binds![frame, thickness, bounds, transmittance, &above_beam.levels[0], repeat, clamp, &beam.levels[0]];
-        add(&shaders::BASE_BEAM, binds);
+        add(of([&shaders::BASE_BEAM, &shaders::BASE_BEAM_COLUMNS]), binds);
     }
     let base_column = binds![
         frame,

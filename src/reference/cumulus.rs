@@ -171,7 +171,9 @@ impl CumulusLight<'_> {
                 let Scattering { albedo, asymmetry, .. } = lighting.scattering[c];
                 let path = ratio * (middle + sun_depth);
                 let once = dressed_at(dressed[c], angle, path * (1.0 + dressed::DETOUR * path));
-                let light = |(cube, weight): (usize, f64)| weight as f32 * Vec4::from_array(lattice.light[c][cube].map(f16::to_f32));
+                let light = |(cube, weight): (usize, f64)| {
+                    weight as f32 * Vec4::from_array(lattice.light[c][cube].map(f16::to_f32))
+                };
                 let [mean, x, y, z] = cubes.into_iter().map(light).sum::<Vec4>().as_dvec4().to_array();
                 let more = mean - 3.0 * asymmetry * dvec3(x, y, z).dot(towards);
                 radiance[c] += lighting.sun[c] * once * ratio * depth + share[c] * albedo * more.max(0.0);

@@ -1,6 +1,7 @@
-//! One mip level of a thickness map from the one before it. Twin of `shaders/field_level.wgsl`.
+//! One mip level of a layer's map from the one before it. Twin of `shaders/field_level.wgsl`.
 
 use super::map::Map;
+use glam::DVec4;
 
 /// The mean over what each texel of a level of `size` covers.
 pub fn main(fine: &Map, size: [usize; 2]) -> Map {
@@ -15,9 +16,9 @@ pub fn main(fine: &Map, size: [usize; 2]) -> Map {
     Map::from_fn(size[0], size[1], |x, y| {
         let rows = covered(y, size[1], fine.height);
         let row = |(row, part): (usize, f64)| {
-            covered(x, size[0], fine.width).map(|(column, of_row)| of_row * fine.texel(column, row)[0]).sum::<f64>()
-                * part
+            let texel = |(column, of_row)| of_row * part * DVec4::from_array(fine.texel(column, row));
+            covered(x, size[0], fine.width).map(texel).sum::<DVec4>()
         };
-        [rows.map(row).sum(), 0.0, 0.0, 0.0]
+        rows.map(row).sum::<DVec4>().to_array()
     })
 }

@@ -10,6 +10,7 @@
 //! Results are the same bits for the same seed whatever the number of threads, unless a time limit ends a run.
 
 pub mod air;
+mod columns;
 mod error;
 mod estimate;
 pub mod field;

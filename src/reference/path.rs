@@ -1,23 +1,15 @@
 //! Cloud along a ray. Twin of `shaders/shared/path.wgsl`.
 
+use super::columns::is_ragged;
 use super::frame::{MIN_COSINE, vec2};
 use super::map::Map;
+use super::march::{Path, path_mean_depth};
+use super::path_columns::{MapRay, path_columns};
 use crate::gpu::layout::Frame;
 use glam::{DVec2, DVec3, dvec2};
 
-/// Cloud along a ray, metres.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Path {
-    /// Its length.
-    pub length_m: f64,
-    /// Mean height above the base of what is seen of the cloud along the ray, from below.
-    pub low_m: f64,
-    /// And from above.
-    pub high_m: f64,
-}
-
 /// Cloud along the ray that crosses the base plane at `base_uv` and climbs along the unit vector `up`. Cloud fills base to
-/// base + thickness (`map`, metres). A ray that would be cut more often than the frame allows goes a shorter way over the map.
+/// base + thickness (`map`, metres), or is that of columns. A ray that would be cut more often than the frame allows goes a shorter way over the map.
 pub fn path_in_layer(map: &Map, frame: &Frame, base_uv: DVec2, up: DVec3) -> Path {
     path_from(map, frame, base_uv, up, 0.0)
 }
@@ -39,12 +31,18 @@ pub fn path_from(map: &Map, frame: &Frame, start_uv: DVec2, up: DVec3, from_m: f
         |place: f64, slope: f64| if slope > 0.0 { place.floor() + 1.0 - place } else { place - place.ceil() + 1.0 };
     let mut line = pitch * dvec2(first(place.x, slope.x), first(place.y, slope.y));
     let way_m = depth_m - from_m;
+    // Optical depth per metre of height.
+    let per_metre = f64::from(frame.medium.extinction_550) / cosine;
+    if is_ragged(frame) {
+        let ray = MapRay { start_uv: start, uv_per_metre, from_m, way_m, per_metre, parts: 2 };
+        let path = path_columns(map, &ray);
+        return Path { length_m: path.length_m / cosine, ..path };
+    }
     // Height of the cloud's top above the ray.
     let above_at =
         |height_m: f64| map.sample_periodic((start + uv_per_metre * height_m).to_array())[0] - from_m - height_m;
     let (mut sum, mut height_m, mut above) = (0.0, 0.0, above_at(0.0));
-    // Optical depth per metre of height; what is left of a view from below; weighted heights and weights.
-    let per_metre = f64::from(frame.medium.extinction_550) / cosine;
+    // What is left of a view from below; weighted heights and weights.
     let (mut left, mut low, mut high) = (1.0, DVec2::ZERO, DVec2::ZERO);
     while height_m < way_m {
         let next_m = line.min_element().min(way_m);
@@ -71,11 +69,6 @@ pub fn path_from(map: &Map, frame: &Frame, start_uv: DVec2, up: DVec3, from_m: f
     }
     let mean = |sums: DVec2| from_m + sums.x / sums.y.max(1e-30);
     Path { length_m: sum / cosine, low_m: mean(low), high_m: mean(high) }
-}
-
-/// Mean depth at which light is stopped in a stretch of optical depth x that stops it, as a part of the stretch.
-fn path_mean_depth(x: f64) -> f64 {
-    if x < 1e-4 { 0.5 - x / 12.0 } else { 1.0 / x - 1.0 / x.exp_m1() }
 }
 
 /// Part of a piece along which a parabola is above 0, given its values at the start, in the middle and at the end.

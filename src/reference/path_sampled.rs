@@ -1,5 +1,6 @@
 //! Cloud along a ray by samples of a map with mip levels. Twin of `shaders/shared/path_sampled.wgsl`.
 
+use super::columns::{Column, column_piece, is_ragged};
 use super::frame::{MIN_COSINE, vec2};
 use super::map::Map;
 use crate::gpu::layout::Frame;
@@ -44,6 +45,10 @@ pub fn path_sampled(levels: &[Map], level: f64, frame: &Frame, stretch: &Stretch
     let piece_m = rise_m / count;
     // Optical depth per metre of height.
     let per_metre = f64::from(frame.medium.extinction_550) / cosine;
+    if is_ragged(frame) {
+        let at = |part: f64| Map::sample_level(levels, (start + way_uv * part).to_array(), level);
+        return sampled_columns(at, count as u32, stretch, cosine, per_metre);
+    }
     // Height of the cloud's top above the ray.
     let above_at =
         |part: f64| Map::sample_level(levels, (start + way_uv * part).to_array(), level)[0] - from_m - rise_m * part;
@@ -65,6 +70,37 @@ pub fn path_sampled(levels: &[Map], level: f64, frame: &Frame, stretch: &Stretch
         high = (1.0 - kept) * high + kept * dvec2(middle_m, 1.0);
         left *= 1.0 - kept;
         before = above;
+    }
+    let mean = |sums: DVec2| sums.x / sums.y.max(1e-30);
+    SampledPath { length_m: sum / cosine, low_m: mean(low), high_m: mean(high) }
+}
+
+/// The same of columns, `at` parts of the stretch. Twin of `shaders/shared/path_sampled_columns.wgsl`.
+fn sampled_columns(
+    at: impl Fn(f64) -> Column,
+    count: u32,
+    stretch: &Stretch,
+    cosine: f64,
+    per_metre: f64,
+) -> SampledPath {
+    let piece_m = stretch.rise_m / f64::from(count);
+    let mut before = at(0.0);
+    let (mut sum, mut left) = (0.0, 1.0);
+    let (mut low, mut high) = (DVec2::ZERO, DVec2::ZERO);
+    for i in 0..count {
+        let height_m = f64::from(i) * piece_m;
+        let after = at(f64::from(i + 1) / f64::from(count));
+        let heights_m = [height_m, height_m + piece_m].map(|height_m| stretch.from_m + height_m);
+        if let Some(piece) = column_piece(before, after, heights_m) {
+            let path_m = piece.density * (piece.ends[1] - piece.ends[0]) * piece_m;
+            sum += path_m;
+            let middle_m = height_m + 0.5 * (piece.ends[0] + piece.ends[1]) * piece_m;
+            let kept = -(-per_metre * path_m).exp_m1();
+            low += left * kept * dvec2(middle_m, 1.0);
+            high = (1.0 - kept) * high + kept * dvec2(middle_m, 1.0);
+            left *= 1.0 - kept;
+        }
+        before = after;
     }
     let mean = |sums: DVec2| sums.x / sums.y.max(1e-30);
     SampledPath { length_m: sum / cosine, low_m: mean(low), high_m: mean(high) }

@@ -1,6 +1,7 @@
 //! Where sunlight enters the cloud. Twin of `shaders/sun_entry.wgsl`.
 
 use super::base_light::{SAMPLES, samples};
+use super::columns::column_top;
 use super::frame::{vec2, vec3};
 use super::map::Map;
 use super::path::path_from;
@@ -15,13 +16,13 @@ const MOST: f64 = 30.0;
 pub fn main(frame: &Frame, thickness: &Map) -> Map {
     let side = frame.maps.texels as usize;
     let texel = 0.5 / dvec2(thickness.width as f64, thickness.height as f64);
-    let height_at = |place: DVec2| thickness.sample_periodic(place.to_array())[0];
+    let height_at = |place: DVec2| column_top(frame, thickness.sample_periodic(place.to_array()));
     let sample = |uv: DVec2| {
         let place = uv + vec2(frame.place.offset_uv);
-        let height_m = height_at(place);
-        if height_m <= 0.0 {
+        if thickness.sample_periodic(place.to_array())[0] <= 0.0 {
             return 0.0;
         }
+        let height_m = height_at(place);
         if frame.maps.columns == 1 {
             return 1.0;
         }

@@ -251,9 +251,11 @@ impl Deck {
     fn new(job: &Job, moment: &Moment, number: usize, thickness: &HostMap) -> Self {
         let (layer, tables) = (&moment.layers[number], &job.tables()[number]);
         let cosine = moment.slant_cosine();
-        let texels = thickness.data.len();
+        let channels = thickness.channels as usize;
+        let texels = thickness.data.len() / channels;
         let every = texels.div_ceil(LOOKS * LOOKS).max(1) | 1;
-        let looks: Vec<f64> = thickness.data.iter().step_by(every).map(|&metres| f64::from(metres)).collect();
+        let looks: Vec<f64> =
+            thickness.data.iter().step_by(every * channels).map(|&metres| f64::from(metres)).collect();
         let mean = |c: usize| {
             let flux = &tables.fluxes[c];
             let mut sums = [0.0; 5];

@@ -58,7 +58,7 @@ fn metadata(job: &Job, texture: &Texture) -> Metadata {
         domain_extent_m: scene.extent_m(),
         origin: axes.of([0.0, 0.0, texture.plane_m]),
         sun_direction: axes.of(job.illumination().towards_sun),
-        base_height_m: scene.base_m(),
+        base_height_m: texture.base_m,
         time_s: request.time_s,
         axes: Frame {
             name: axes.name().to_owned(),

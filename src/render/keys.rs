@@ -9,7 +9,7 @@ use crate::method::{CumulusMethod, SlabMethod, Transport};
 use crate::moment::{LayerMoment, Moment};
 use crate::plan::field_resolution;
 use crate::scene::quantity::Quantity as _;
-use crate::scene::{Thickness, Wind};
+use crate::scene::{Shape, Wind};
 use crate::tables::MixTables;
 
 /// What a layer's field is made from.
@@ -17,7 +17,9 @@ use crate::tables::MixTables;
 pub(super) struct SourceKey {
     extent_m: f64,
     resolution: u32,
-    thickness: Thickness,
+    shape: Shape,
+    /// Of the droplets: what the optical depths of columns are measured by.
+    extinction_550_per_m: Option<f64>,
     turbulence_m_s: f64,
 }
 
@@ -26,7 +28,8 @@ pub(super) struct SourceKey {
 pub(super) struct FieldKey {
     extent_m: f64,
     resolution: u32,
-    thickness: Thickness,
+    shape: Shape,
+    extinction_550_per_m: Option<f64>,
     /// Wind and time, where eddies move the field.
     moved: Option<(Wind, f64)>,
 }
@@ -100,7 +103,8 @@ impl SourceKey {
         Self {
             extent_m: job.scene().extent_m(),
             resolution: field_resolution(job.scene(), job.request()),
-            thickness: layer.thickness.clone(),
+            shape: layer.shape.clone(),
+            extinction_550_per_m: layer.shape.has_maps().then(|| job.extinction_550_per_m(number)),
             turbulence_m_s: layer.wind.turbulence_m_s.get(),
         }
     }
@@ -109,9 +113,15 @@ impl SourceKey {
 impl FieldKey {
     pub(super) fn new(job: &Job, number: usize) -> Self {
         let layer = &job.scene().layers[number];
-        let moves = field::moves(&layer.thickness, &layer.wind);
-        let SourceKey { extent_m, resolution, thickness, .. } = SourceKey::new(job, number);
-        Self { extent_m, resolution, thickness, moved: moves.then_some((layer.wind, job.request().time_s)) }
+        let moves = field::moves(&layer.shape, &layer.wind);
+        let SourceKey { extent_m, resolution, shape, extinction_550_per_m, .. } = SourceKey::new(job, number);
+        Self {
+            extent_m,
+            resolution,
+            shape,
+            extinction_550_per_m,
+            moved: moves.then_some((layer.wind, job.request().time_s)),
+        }
     }
 }
 

@@ -7,7 +7,7 @@ use super::kept::Kept;
 use super::keys::{BeamKey, FieldKey, LightKey, MixKey, SlabKey, SourceKey};
 use super::sky::{SkyJob, SkyKept};
 use super::stages::SkyStages;
-use crate::field::{self, Field, Source};
+use crate::field::{self, ColumnMap, Field, Given, Source};
 use crate::frame;
 use crate::gpu::layout::{Frame, View};
 use crate::gpu::{Gpu, HostMap};
@@ -338,7 +338,7 @@ fn lit(gpu: &Gpu, job: &Job, watch: &Watch, run: &Run, frames: &[wgpu::Buffer]) 
     let moment = &run.moment;
     let layer = |number: usize| light::LayerInputs {
         frame: &frames[number],
-        base_m: moment.layers[number].base_m,
+        base_m: moment.layers[number].radiating_m,
         above_uv: moment.layers[number].above_uv,
         field: &run.fields[number],
         tables: &run.tables[number].device,
@@ -405,18 +405,21 @@ fn source(
 ) -> Result<Arc<Mutex<Source>>, RenderError> {
     let layer = &job.scene().layers[number];
     let make = || {
-        let image = match &layer.thickness {
-            Thickness::Map { image, .. } => {
-                let found = job.images().get(&image.0);
-                Some(&**found.ok_or_else(|| MissingImage(image.0.clone()))?)
+        let given = match &layer.shape.thickness {
+            _ if layer.shape.has_maps() => {
+                Given::Columns(ColumnMap::new(&layer.shape, job.images(), job.extinction_550_per_m(number))?)
             }
-            Thickness::Uniform(_) | Thickness::Stratocumulus(_) => None,
+            Some(Thickness::Map { image, .. }) => {
+                let found = job.images().get(&image.0);
+                Given::Thickness(&**found.ok_or_else(|| MissingImage(image.0.clone()))?)
+            }
+            Some(Thickness::Uniform(_) | Thickness::Stratocumulus(_)) | None => Given::Nothing,
         };
         let resolution = field_resolution(job.scene(), job.request());
-        let source = Source::new(gpu, layer, resolution, job.scene().extent_m(), image, watch.deadline)?;
+        let source = Source::new(gpu, layer, resolution, job.scene().extent_m(), given, watch.deadline)?;
         Ok(Arc::new(Mutex::new(source)))
     };
-    match field::moves(&layer.thickness, &layer.wind) {
+    match field::moves(&layer.shape, &layer.wind) {
         true => kept.get_or(SourceKey::new(job, number), make),
         false => make(),
     }

@@ -116,7 +116,7 @@ impl SkyKept {
         let far = [air(Half::Above, End::Atmosphere), air(Half::Below, End::Atmosphere)];
         let mut layers = Vec::with_capacity(seen.len());
         for (number, inputs) in seen {
-            let make = || field::levels(gpu, &inputs.field.thickness, watch.deadline).map(Arc::new);
+            let make = || field::levels(gpu, inputs.field, watch.deadline).map(Arc::new);
             let levels = self.levels.get_or(FieldKey::new(job, number), make)?;
             let LayerMoment { base_m, depth_m, .. } = moment.layers[number];
             let top_m = base_m + depth_m;

@@ -4,6 +4,7 @@
 use super::model::{Pattern, Scene};
 use super::parse::{LAYER_KINDS, THICKNESS_KINDS};
 use super::quantity::*;
+use super::shape::FLAT;
 use serde_json::Value;
 use std::fmt::Write as _;
 use std::ops::RangeInclusive;
@@ -170,12 +171,12 @@ pub const GROUPS: &[Group] = &[
             number::<BaseM>(
                 "/base_m",
                 "height of the flat base, above that of the layer before; with 0 in the lowest, `irradiance` is the flux \
-                 through the base",
+                 through the base; a flat top and maps come below",
             ),
             field(
                 "/thickness/kind",
                 Allowed::Words(&THICKNESS_KINDS),
-                "of `stratiform`; each with fields of its own, below",
+                "of `stratiform`; each with fields of its own, below; not with two edges, or with `optical_depth`",
             ),
             number::<SpeedMS>("/wind/speed_m_s", "mean wind"),
             number::<AzimuthDeg>("/wind/from_deg", "where it comes from, clockwise from north; kept as 0 to below 360"),
@@ -185,6 +186,42 @@ pub const GROUPS: &[Group] = &[
                  an `image`; a uniform layer has nothing to move, cumulus grow and vanish by themselves, and the reply's `notes` \
                  say so)",
             ),
+        ],
+    },
+    Group {
+        title: "A layer with a flat top",
+        place: "/layers/0",
+        least: r#"{"layers": [{"flat": "top", "top_m": 1400, "thickness": {"kind": "uniform", "metres": 0}}]}"#,
+        fields: &[
+            field("/flat", Allowed::Words(&FLAT), "which edge is flat; `base` where it is left out"),
+            number::<TopM>(
+                "/top_m",
+                "height of the flat top, in place of `base_m`: cloud hangs down from it by its thickness, or to a map `base`",
+            ),
+        ],
+    },
+    Group {
+        title: "`base` and `top` as maps",
+        place: "/layers/0/top",
+        least: r#"{"layers": [{
+            "top": {"scale_m": 1, "image": "0000000000000000000000000000000000000000000000000000000000000000"},
+            "optical_depth": {"image": "0000000000000000000000000000000000000000000000000000000000000000"}}]}"#,
+        fields: &[
+            field("/image", Allowed::Other("sha256"), "as its upload answered; a path on the command line"),
+            number::<ThicknessM>("/scale_m", "metres for a sample of 1"),
+            number::<OffsetM>("/offset_m", "height above the ground of a sample of 0"),
+            field("/fill", Allowed::Other("a number"), "the sample that stands for \"no cloud\", before it is scaled"),
+        ],
+    },
+    Group {
+        title: "`optical_depth`",
+        place: "/layers/0/optical_depth",
+        least: r#"{"layers": [{"optical_depth":
+            {"image": "0000000000000000000000000000000000000000000000000000000000000000"}}]}"#,
+        fields: &[
+            field("/image", Allowed::Other("sha256"), "as its upload answered; a path on the command line"),
+            number::<DepthScale>("/scale", "optical depth at 550 nm for a sample of 1; 0 to 1000 in all"),
+            field("/fill", Allowed::Other("a number"), "the sample that stands for \"no cloud\", before it is scaled"),
         ],
     },
     Group {
@@ -228,6 +265,7 @@ pub const GROUPS: &[Group] = &[
                 "metres for a sample of 1: red channel (0 to 1, or as it is in a float file) times `scale_m`, bilinear, \
                  periodic",
             ),
+            field("/fill", Allowed::Other("a number"), "the sample that stands for \"no cloud\", before it is scaled"),
         ],
     },
     Group {

@@ -1,10 +1,13 @@
 //! Whether the images that a scene names hold what the scene takes them for.
 
-use super::model::{FieldError, ImagePurpose, Scene};
-use super::quantity::{Albedo, Quantity, ThicknessM};
+use super::image_reference::ImagePurpose;
+use super::model::{FieldError, Scene};
+use super::quantity::{Albedo, FillValue, OpticalDepth, Quantity, ThicknessM};
+use super::shape::is_fill;
 use crate::image::colour::convert;
 use crate::image::{Colour, Extremes, Image, ImageEncoding, Matrix, number};
 use std::collections::HashMap;
+use std::ops::RangeInclusive;
 use std::sync::Arc;
 
 /// Conversion between primaries whose digits were rounded leads this far out of the range at most.
@@ -40,11 +43,27 @@ impl Scene {
             findings.emptiness();
             match reference.purpose {
                 ImagePurpose::Albedo { linear } => findings.albedo(linear),
-                ImagePurpose::Thickness { scale_m } => findings.thickness(scale_m),
+                ImagePurpose::Thickness { scale_m, fill } => findings.thickness(scale_m, fill),
+                ImagePurpose::Height { scale_m, offset_m, most_m, fill } => {
+                    let map = Scaled { scale: scale_m, offset: offset_m, fill };
+                    findings.map("samples times scale_m plus offset_m", "m", &map, 0.0..=most_m);
+                }
+                ImagePurpose::OpticalDepth { scale, fill } => {
+                    let map = Scaled { scale, offset: 0.0, fill };
+                    findings.map("samples times scale", "optical depth", &map, OpticalDepth::RANGE);
+                }
             }
         }
+        self.check_shapes(images, &mut found);
         found
     }
+}
+
+/// What samples of a map stand for.
+struct Scaled {
+    scale: f64,
+    offset: f64,
+    fill: Option<FillValue>,
 }
 
 /// The image of one reference, and where to tell what is found.
@@ -73,7 +92,30 @@ impl Findings<'_> {
         }
     }
 
-    fn thickness(&mut self, scale_m: f64) {
+    /// Tells of values out of range, but for those that stand for "no cloud".
+    fn map(&mut self, how: &str, unit: &str, map: &Scaled, range: RangeInclusive<f64>) {
+        let value = |sample: f32| map.offset + map.scale * f64::from(sample);
+        let is_wrong = |sample: f32| !is_fill(map.fill, sample) && !range.contains(&value(sample));
+        if let Some(wrong) = self.image.wrong_texels(|texel| texel.first().copied().filter(|sample| is_wrong(*sample)))
+        {
+            let (least, most) = (number(*range.start()), number(*range.end()));
+            let (first, fill) =
+                (number(value(wrong.value)), if map.fill.is_some() { "; others than `fill`" } else { "" });
+            self.error(format!(
+                "{how} must be {least} to {most} ({unit}), and are not in {wrong} ({unit} there: {first}){fill}: fill values \
+                 for \"no data\", to be stated as `fill`, or another unit?"
+            ));
+        }
+        if self.image.is_coloured() {
+            self.note("the image is coloured; only its red channel is taken".to_owned());
+        }
+    }
+
+    fn thickness(&mut self, scale_m: f64, fill: Option<FillValue>) {
+        if fill.is_some() {
+            let map = Scaled { scale: scale_m, offset: 0.0, fill };
+            return self.map("samples times scale_m", "m", &map, ThicknessM::RANGE);
+        }
         let Some(ends) = self.image.extremes().first() else { return };
         let metres = |sample: f32| f64::from(sample) * scale_m;
         let allowed = |sample: f32| ThicknessM::RANGE.contains(&metres(sample));

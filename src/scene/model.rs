@@ -3,7 +3,9 @@
 use super::aerosol::Scatterers;
 use super::air::Atmosphere;
 use super::cumulus::Cumulus;
+use super::image_reference::{ImagePurpose, ImageReference};
 use super::quantity::*;
+use super::shape::Shape;
 use super::{parse, write};
 use crate::optics::{Mix, PhaseTable};
 use crate::sun::{Place, Utc};
@@ -117,10 +119,8 @@ pub struct ImageName(pub(crate) String);
 /// A stratiform layer of cloud.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Layer {
-    /// Height of its flat base.
-    pub base_m: BaseM,
-    /// Its thickness over the domain.
-    pub thickness: Thickness,
+    /// Where its cloud is.
+    pub shape: Shape,
     /// What it is made of.
     pub droplets: Droplets,
     /// What moves it.
@@ -140,6 +140,8 @@ pub enum Thickness {
         image: ImageName,
         /// Metres for a sample of 1.
         scale_m: ThicknessM,
+        /// The sample that stands for "no cloud".
+        fill: Option<FillValue>,
     },
 }
 
@@ -222,32 +224,6 @@ pub struct Wind {
     pub turbulence_m_s: TurbulenceMS,
 }
 
-/// An image that a scene names.
-#[derive(Debug, Clone, PartialEq)]
-pub struct ImageReference {
-    /// Where the scene names it.
-    pub pointer: String,
-    /// Its name: SHA-256 of the file.
-    pub sha256: String,
-    /// What it is to the scene.
-    pub purpose: ImagePurpose,
-}
-
-/// What a scene takes an image for.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum ImagePurpose {
-    /// Albedo of the ground, 0 to 1.
-    Albedo {
-        /// Whether the samples of a PNG are linear; otherwise they are decoded as sRGB.
-        linear: bool,
-    },
-    /// Thickness of cloud: the first channel.
-    Thickness {
-        /// Metres for a sample of 1.
-        scale_m: f64,
-    },
-}
-
 impl Scene {
     /// Most bytes of JSON that are read as a scene.
     pub const MAX_BYTES: usize = 4 * 1024 * 1024;
@@ -294,9 +270,9 @@ impl Scene {
             name("/ground/albedo/image".to_owned(), image, ImagePurpose::Albedo { linear: *linear });
         }
         for (number, layer) in self.layers.iter().enumerate() {
-            if let Thickness::Map { image, scale_m } = &layer.thickness {
-                let purpose = ImagePurpose::Thickness { scale_m: scale_m.get() };
-                name(format!("/layers/{}/thickness/image", self.place(number)), image, purpose);
+            let at = |field: &str| format!("/layers/{}/{field}/image", self.place(number));
+            for (field, image, purpose) in layer.shape.images() {
+                name(at(field), image, purpose);
             }
         }
         found
@@ -309,7 +285,7 @@ impl Scene {
             notes.push(FieldError { pointer: format!("/layers/{i}/{field}"), detail });
         };
         for (number, layer) in self.layers.iter().enumerate() {
-            if layer.wind.turbulence_m_s.get() > 0.0 && matches!(layer.thickness, Thickness::Uniform(_)) {
+            if layer.wind.turbulence_m_s.get() > 0.0 && layer.shape.is_even() {
                 let detail = "kept, without effect: a layer of the same thickness everywhere has nothing to move";
                 note(self.place(number), "wind/turbulence_m_s", detail.to_owned());
             }
@@ -388,10 +364,10 @@ impl Scene {
         self.domain.resolution
     }
 
-    /// Height of the lowest cloud base, metres; 0 without any layer.
+    /// Height of the lowest cloud base, metres, as far as it is known without images and fields; 0 without any layer.
     pub fn base_m(&self) -> f64 {
-        let bases = self.layers.first().map(|layer| layer.base_m).into_iter();
-        bases.chain(self.cumulus().map(|cumulus| cumulus.base_m)).map(Quantity::get).reduce(f64::min).unwrap_or(0.0)
+        let bases = self.layers.iter().find_map(|layer| layer.shape.flat_base_m()).into_iter();
+        bases.chain(self.cumulus().map(|cumulus| cumulus.base_m.get())).reduce(f64::min).unwrap_or(0.0)
     }
 }
 

@@ -6,7 +6,7 @@ use super::model::*;
 use super::phase::phase_function;
 use super::quantity::*;
 use super::read::{Object, Reader, describe};
-use super::{cumulus, json, spelling, sun};
+use super::{cumulus, json, shape, spelling, sun};
 use serde_json::Value;
 
 /// Kinds of layers.
@@ -14,7 +14,7 @@ pub(super) const LAYER_KINDS: [&str; 2] = ["stratiform", "cumulus"];
 /// Kinds of thickness.
 pub(super) const THICKNESS_KINDS: [&str; 3] = ["uniform", "stratocumulus", "image"];
 /// Base of a layer that gives none, metres.
-const BASE_M: f64 = 1000.0;
+pub(super) const BASE_M: f64 = 1000.0;
 
 pub(super) fn scene(text: &[u8], resolve: Resolve<'_>) -> Result<Scene, SceneError> {
     within_bytes(text.len(), "")?;
@@ -40,7 +40,7 @@ fn within_bytes(bytes: usize, how: &str) -> Result<(), SceneError> {
 }
 
 /// The value of a default that lies inside its range; a compile-time constant would need `const` trait calls.
-fn default<Q: Quantity>(value: f64) -> Option<Q> {
+pub(super) fn default<Q: Quantity>(value: f64) -> Option<Q> {
     Q::try_from(value).ok()
 }
 
@@ -92,7 +92,7 @@ fn ground(reader: &mut Reader, root: &Object<'_>, resolve: Resolve<'_>) -> Optio
     Some(Ground { albedo: GroundAlbedo::Map { image: image(reader, &map, resolve)?, linear } })
 }
 
-fn image(reader: &mut Reader, object: &Object<'_>, resolve: Resolve<'_>) -> Option<ImageName> {
+pub(super) fn image(reader: &mut Reader, object: &Object<'_>, resolve: Resolve<'_>) -> Option<ImageName> {
     const EXPECTED: &str = "the name of an image is needed: the SHA-256 that its upload answered";
     let Some(name) = object.value("image").and_then(Value::as_str) else {
         match object.value("image") {
@@ -141,16 +141,17 @@ fn layers(reader: &mut Reader, root: &Object<'_>, extent_m: f64, resolve: Resolv
             }
             has_cumulus = true;
         }
-        let below = i.checked_sub(1).and_then(|below| base_m(&list[below]));
-        if let (Some(below), Some(base)) = (below, base_m(value))
-            && base <= below
+        let below = i.checked_sub(1).and_then(|below| stated_height(&list[below]));
+        if let (Some((below, edge)), Some((height, field))) = (below, stated_height(value))
+            && height <= below
         {
-            let (base, below, under) = (base.get(), below.get(), i - 1);
+            let under = i - 1;
+            let edge = edge.trim_end_matches("_m");
+            let most = if field == "base_m" { BaseM::RANGE.end() } else { TopM::RANGE.end() };
             reader.wrong(
-                format!("{pointer}/base_m"),
+                format!("{pointer}/{field}"),
                 format!(
-                    "{base} m is not above the base of layer {under}; layers go bottom to top, so above {below} to {} m",
-                    BaseM::RANGE.end()
+                    "{height} m is not above the {edge} of layer {under}; layers go bottom to top, so above {below} to {most} m"
                 ),
             );
         }
@@ -182,24 +183,22 @@ fn kind(layer: &Value) -> Option<&'static str> {
 
 /// Fields of layers of all kinds.
 fn layer_fields() -> Vec<&'static str> {
-    cumulus::FIELDS.into_iter().chain(["thickness"]).collect()
+    let mut fields: Vec<&str> = cumulus::FIELDS.into_iter().chain(shape::FIELDS).collect();
+    fields.dedup();
+    fields
 }
 
-/// Height of the base that a layer's JSON gives, if it is one: to compare it with its neighbours before all is valid.
-fn base_m(layer: &Value) -> Option<BaseM> {
-    match layer.as_object()?.get("base_m") {
-        Some(value) => BaseM::try_from(value.as_f64()?).ok(),
-        // Misspelt, which is told elsewhere.
-        None if is_given(layer, "base_m") => None,
-        None => default(BASE_M),
-    }
+fn stated_height(layer: &Value) -> Option<(f64, &'static str)> {
+    shape::stated_height(layer, |field| is_given(layer, field))
 }
 
 fn layer(reader: &mut Reader, value: &Value, place: usize, extent_m: f64, resolve: Resolve<'_>) -> Option<AnyLayer> {
     let pointer = format!("/layers/{place}");
     let keys: &[&str] = match kind(value) {
         Some("cumulus") => &cumulus::FIELDS,
-        Some(_) => &["kind", "base_m", "thickness", "droplets", "wind"],
+        Some(_) => {
+            &["kind", "flat", "base_m", "top_m", "base", "top", "thickness", "optical_depth", "droplets", "wind"]
+        }
         // The values of the other fields cannot be judged.
         None => {
             let object = reader.object(value, &pointer, &layer_fields())?;
@@ -208,17 +207,19 @@ fn layer(reader: &mut Reader, value: &Value, place: usize, extent_m: f64, resolv
         }
     };
     let layer = reader.object(value, &pointer, keys)?;
-    let base_m = reader.number_or(&layer, "base_m", default(BASE_M)?);
     if kind(value) == Some("cumulus") {
+        let base_m = reader.number_or(&layer, "base_m", default(BASE_M)?);
         return cumulus::read(reader, &layer, place, base_m, extent_m).map(AnyLayer::Cumulus);
     }
-    let thickness = thickness(reader, &layer, resolve);
+    let shape = shape::read(reader, &layer, resolve);
     let droplets = droplets(reader, &layer);
     let wind = wind(reader, &layer);
-    Some(AnyLayer::Stratiform(Layer { base_m, thickness: thickness?, droplets: droplets?, wind: wind? }))
+    let (shape, wind) = (shape?, wind?);
+    shape::moves_as_asked(reader, &layer, &shape, &wind);
+    Some(AnyLayer::Stratiform(Layer { shape, droplets: droplets?, wind }))
 }
 
-fn thickness(reader: &mut Reader, layer: &Object<'_>, resolve: Resolve<'_>) -> Option<Thickness> {
+pub(super) fn thickness(reader: &mut Reader, layer: &Object<'_>, resolve: Resolve<'_>) -> Option<Thickness> {
     let Some(value) = layer.value("thickness") else {
         reader.missing(layer, "thickness", format_args!("an object is needed, of kind {}", THICKNESS_KINDS.join(", ")));
         return None;
@@ -226,7 +227,7 @@ fn thickness(reader: &mut Reader, layer: &Object<'_>, resolve: Resolve<'_>) -> O
     let keys: &[&str] = match value.get("kind").and_then(Value::as_str) {
         Some("uniform") => &["kind", "metres"],
         Some("stratocumulus") => &["kind", "pattern", "mean_m", "coverage", "cell_m", "seed"],
-        Some("image") => &["kind", "image", "scale_m"],
+        Some("image") => &["kind", "image", "scale_m", "fill"],
         // None of the other fields can be judged.
         _ => {
             let object = reader.kind_alone(value, &layer.at("thickness"))?;
@@ -240,7 +241,8 @@ fn thickness(reader: &mut Reader, layer: &Object<'_>, resolve: Resolve<'_>) -> O
         "image" => {
             let name = image(reader, &object, resolve);
             let scale_m = reader.number(&object, "scale_m");
-            Some(Thickness::Map { image: name?, scale_m: scale_m? })
+            let fill = shape::fill(reader, &object);
+            Some(Thickness::Map { image: name?, scale_m: scale_m?, fill })
         }
         _ => {
             let pattern =

@@ -89,6 +89,16 @@ quantities! {
     Albedo: 0.0..=1.0, "";
     /// Height of a cloud base above ground.
     BaseM: 0.0..=20_000.0, "m";
+    /// Height of a cloud top above ground.
+    TopM: 0.0..=30_000.0, "m";
+    /// Height that a sample of 0 of a map of heights stands for.
+    OffsetM: -20_000.0..=30_000.0, "m";
+    /// Optical depth of a column of cloud at 550 nm.
+    OpticalDepth: 0.0..=1000.0, "";
+    /// Optical depth for a sample of 1.
+    DepthScale: 0.0..=100_000.0, "";
+    /// A sample that stands for "no cloud": any single-precision number, about.
+    FillValue: -3.4e38..=3.4e38, "";
     /// Geometric thickness of cloud.
     ThicknessM: 0.0..=100_000.0, "m";
     /// Mean thickness of the cloudy part of a synthetic field; its soft clip at 2.5 means keeps towers within 100 km.

@@ -1,8 +1,8 @@
 //! From a [`Scene`] to JSON with every default spelled out: the text that names it.
 
 use super::model::*;
-use super::quantity::Quantity;
-use super::{air, cumulus, sun};
+use super::quantity::{FillValue, Quantity};
+use super::{air, cumulus, shape, sun};
 use serde_json::{Value, json};
 
 pub(super) fn scene(scene: &Scene) -> Value {
@@ -32,13 +32,11 @@ fn colour<Q: Quantity>(channels: [Q; 3]) -> Value {
 }
 
 fn layer(layer: &Layer) -> Value {
-    json!({
-        "kind": "stratiform",
-        "base_m": layer.base_m.get(),
-        "thickness": thickness(&layer.thickness),
-        "droplets": droplets(&layer.droplets),
-        "wind": wind(&layer.wind),
-    })
+    let mut text = json!({ "kind": "stratiform" });
+    shape::write(&layer.shape, &mut text);
+    text["droplets"] = droplets(&layer.droplets);
+    text["wind"] = wind(&layer.wind);
+    text
 }
 
 pub(super) fn wind(wind: &Wind) -> Value {
@@ -52,7 +50,9 @@ pub(super) fn wind(wind: &Wind) -> Value {
 pub(crate) fn thickness(thickness: &Thickness) -> Value {
     match thickness {
         Thickness::Uniform(metres) => json!({ "kind": "uniform", "metres": metres.get() }),
-        Thickness::Map { image, scale_m } => json!({ "kind": "image", "image": image.0, "scale_m": scale_m.get() }),
+        Thickness::Map { image, scale_m, fill } => {
+            with_fill(json!({ "kind": "image", "image": image.0, "scale_m": scale_m.get() }), *fill)
+        }
         Thickness::Stratocumulus(field) => json!({
             "kind": "stratocumulus",
             "pattern": Pattern::ALL.iter().find(|(_, p)| *p == field.pattern).map(|(word, _)| *word),
@@ -62,6 +62,14 @@ pub(crate) fn thickness(thickness: &Thickness) -> Value {
             "seed": field.seed,
         }),
     }
+}
+
+/// The JSON of a map with its fill value, if it has one.
+pub(super) fn with_fill(mut map: Value, fill: Option<FillValue>) -> Value {
+    if let Some(fill) = fill {
+        map["fill"] = json!(fill.get());
+    }
+    map
 }
 
 pub(super) fn droplets(droplets: &Droplets) -> Value {

@@ -28,7 +28,7 @@ pub(crate) fn ground_sun(
         let (repeat, clamp) = (&gpu.repeat, &gpu.clamp);
         let binds =
             binds![layer.frame, view, thickness, bounds, transmittance, repeat, clamp, &sun.beam, &sun.unscattered];
-        Some((&shaders::GROUND_SUN, binds))
+        Some((layer.field.shader([&shaders::GROUND_SUN, &shaders::GROUND_SUN_COLUMNS]), binds))
     });
     let mut passes = passes.ok_or_else(|| early("the sun's beam"))?;
     if let Some((_, cumulus)) = inputs.cumulus {

@@ -1,5 +1,6 @@
 //! Methods of slab light on the device: what each keeps for one droplet mix and one sun, and its shader.
 
+use crate::field::Field;
 use crate::gpu::shaders::{self, Shader};
 use crate::gpu::{Bind, Gpu, Target, binds};
 use crate::slice::{self, DeviceSlice, DeviceTables, HostSlab};
@@ -27,21 +28,21 @@ impl SlabLight {
     }
 
     /// The shader of the cloud pass.
-    pub(crate) fn shader(&self) -> &'static Shader {
-        match self {
-            Self::Forward(_) => &shaders::CLOUD_FORWARD,
-            Self::Analytic(_) => &shaders::CLOUD_ANALYTIC,
-            Self::Tabulated(_) => &shaders::CLOUD_TABULATED,
-        }
+    pub(crate) fn shader(&self, field: &Field) -> &'static Shader {
+        field.shader(match self {
+            Self::Forward(_) => [&shaders::CLOUD_FORWARD, &shaders::CLOUD_FORWARD_COLUMNS],
+            Self::Analytic(_) => [&shaders::CLOUD_ANALYTIC, &shaders::CLOUD_ANALYTIC_COLUMNS],
+            Self::Tabulated(_) => [&shaders::CLOUD_TABULATED, &shaders::CLOUD_TABULATED_COLUMNS],
+        })
     }
 
     /// The shader of the clouds of a sky.
-    pub(crate) fn sky_shader(&self) -> &'static Shader {
-        match self {
-            Self::Forward(_) => &shaders::SKY_FORWARD,
-            Self::Analytic(_) => &shaders::SKY_ANALYTIC,
-            Self::Tabulated(_) => &shaders::SKY_TABULATED,
-        }
+    pub(crate) fn sky_shader(&self, field: &Field) -> &'static Shader {
+        field.shader(match self {
+            Self::Forward(_) => [&shaders::SKY_FORWARD, &shaders::SKY_FORWARD_COLUMNS],
+            Self::Analytic(_) => [&shaders::SKY_ANALYTIC, &shaders::SKY_ANALYTIC_COLUMNS],
+            Self::Tabulated(_) => [&shaders::SKY_TABULATED, &shaders::SKY_TABULATED_COLUMNS],
+        })
     }
 
     /// What the shader reads beside what all methods do.

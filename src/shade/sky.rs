@@ -247,7 +247,7 @@ fn cloud_pass(
     let (tables, method) = (layer.inputs.tables?, layer.inputs.method?);
     let shape = binds![&*layer.levels, &gpu.trilinear];
     let mut shared = cloud_binds(gpu, &layer.inputs, view, shape, !rising, drawn_on)?;
-    Some(over(gpu, method.sky_shader(), tiles, |tiles| {
+    Some(over(gpu, method.sky_shader(layer.inputs.field), tiles, |tiles| {
         shared.extend(binds![tiles, air]);
         shared.extend(method.binds(gpu, tables, !rising));
         shared

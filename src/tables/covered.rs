@@ -6,7 +6,7 @@ use super::library::{Artefact, TableLibrary};
 use super::mix::MixTables;
 use crate::atmosphere::{Air, Boundary, Moments};
 use crate::cover::{AirSlab, CloudLayer, Column, Cover};
-use crate::field;
+use crate::field::{self, Profile};
 use rayon::prelude::*;
 use sha2::{Digest as _, Sha256};
 use std::sync::Arc;
@@ -35,10 +35,8 @@ pub struct CoveredTables {
 /// A layer of cloud as these tables depend on it.
 #[derive(Debug, Clone)]
 pub struct CoverLayer {
-    /// Height of its base, m.
-    pub base_m: f64,
-    /// How thick it is.
-    pub columns: Vec<field::Column>,
+    /// Where it is, and how thick.
+    pub profile: Profile,
     /// Extinction in red, green and blue, 1/m.
     pub extinction_per_m: [f64; 3],
     /// Tables of its droplets.
@@ -59,11 +57,10 @@ pub struct CoveredMix {
 const CHANNELS: [usize; 4] = [0, 1, 1, 2];
 
 impl CoverLayer {
-    /// Mean thickness of its cloud, m.
-    fn mean_m(&self) -> f64 {
-        let cloudy = self.columns.iter().filter(|column| column.thickness_m > 0.0);
-        let (part, sum) = cloudy.fold((0.0, 0.0), |(part, sum), c| (part + c.part, sum + c.part * c.thickness_m));
-        if part > 0.0 { sum / part } else { 0.0 }
+    /// Mean height of its top, m.
+    fn top_m(&self) -> f64 {
+        let Profile { base_m, own_thickness_m, columns } = &self.profile;
+        base_m + own_thickness_m.unwrap_or_else(|| field::mean_m(columns))
     }
 
     /// Whether there is any cloud in it.
@@ -74,25 +71,25 @@ impl CoverLayer {
     /// Part of a beam from straight above that meets cloud in it.
     fn part(&self) -> f64 {
         let met = |c: &field::Column| c.part * -(-c.thickness_m * self.extinction_per_m[1]).exp_m1();
-        self.columns.iter().map(met).sum::<f64>().clamp(0.0, 1.0)
+        self.profile.columns.iter().map(met).sum::<f64>().clamp(0.0, 1.0)
     }
 
     /// Part of even light that it sends back.
     fn reflectance(&self, channel: usize) -> f64 {
         let fluxes = &self.droplets.fluxes[channel];
         let depth = |column: &field::Column| column.thickness_m * self.extinction_per_m[channel];
-        self.columns.iter().map(|column| column.part * fluxes.reflectance_diffuse(depth(column))).sum()
+        self.profile.columns.iter().map(|column| column.part * fluxes.reflectance_diffuse(depth(column))).sum()
     }
 
     fn cloud(&self, channel: usize) -> CloudLayer<'_> {
         let optics = &self.droplets.channels[channel];
-        let columns = self.columns.iter().map(|column| Column {
+        let columns = self.profile.columns.iter().map(|column| Column {
             weight: column.part,
             optical_depth: column.thickness_m * self.extinction_per_m[channel],
         });
         CloudLayer {
-            base_m: self.base_m,
-            top_m: self.base_m + self.mean_m(),
+            base_m: self.profile.base_m,
+            top_m: self.top_m(),
             columns: columns.collect(),
             albedo: optics.albedo,
             moments: &optics.moments,
@@ -132,13 +129,13 @@ impl CoveredMix {
     /// goes over into the ground as the clouds get fewer or thinner.
     fn boundary(&self, cover: &Cover) -> Boundary {
         let (parts, _) = self.parts();
-        let heights = self.layers.iter().rev().map(|layer| layer.base_m + layer.mean_m());
+        let heights = self.layers.iter().rev().map(CoverLayer::top_m);
         let height_m: f64 = parts.iter().zip(heights).map(|(part, top_m)| part * top_m).sum();
         Boundary { height_m: height_m.min(cover.top_m()), ..cover.boundary() }
     }
 
     fn tables(&self, waves: [Moments; 4], covers: [Cover; 4], airless: [Cover; 4]) -> CoveredTables {
-        let heights_m = self.layers.iter().map(|layer| [layer.base_m, layer.base_m + layer.mean_m()]).collect();
+        let heights_m = self.layers.iter().map(|layer| [layer.profile.base_m, layer.top_m()]).collect();
         let clear =
             |wave: usize| AirSlab::new(&self.air.medium(wave), 0.0, covers[wave].top_m()).diffuse().transmittance;
         let clearness = [clear(0), clear(1), clear(2), clear(3)];
@@ -158,11 +155,12 @@ impl Artefact for CoveredMix {
     fn key(&self) -> String {
         let mut hash = Sha256::new();
         for layer in &self.layers {
-            let CoverLayer { base_m, columns, extinction_per_m, droplets } = layer;
+            let CoverLayer { profile: Profile { base_m, own_thickness_m, columns }, extinction_per_m, droplets } =
+                layer;
             hash.update(droplets.mix.key().as_bytes());
             hash.update([0]);
             let columns = columns.iter().flat_map(|column| [column.part, column.thickness_m]);
-            for number in std::iter::once(*base_m).chain(*extinction_per_m).chain(columns) {
+            for number in std::iter::once(*base_m).chain(*extinction_per_m).chain(columns).chain(*own_thickness_m) {
                 hash.update(number.to_bits().to_le_bytes());
             }
         }

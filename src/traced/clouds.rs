@@ -13,7 +13,7 @@ use glam::{DVec2, DVec3};
 
 /// Where the clouds are at a moment, and the ground's albedo.
 pub(super) struct Clouds {
-    /// Of each stratiform layer, metres.
+    /// Of each stratiform layer, metres; of a ragged one its columns.
     pub(super) thickness: Vec<Map>,
     cumulus: Option<(Index, DVec2)>,
     pub(super) ground: Map,
@@ -36,8 +36,12 @@ impl Clouds {
 
     /// The layers, in the order of the job's tables.
     pub(super) fn parts<'a>(&'a self, job: &'a Job, moment: &Moment) -> Vec<RgbPart<'a>> {
-        let sheets = moment.layers.iter().zip(&self.thickness).map(|(layer, thickness)| {
-            let shape = Shape::Layer { base_m: layer.base_m, thickness, offset_uv: layer.offset_uv };
+        let sheets = moment.layers.iter().zip(&self.thickness).map(|(layer, map)| {
+            let (base_m, offset_uv) = (layer.base_m, layer.offset_uv);
+            let shape = match layer.ragged {
+                true => Shape::Columns { base_m, columns: map, offset_uv },
+                false => Shape::Layer { base_m, thickness: map, offset_uv },
+            };
             (shape, layer.extinction_per_m)
         });
         let cumulus = self.cumulus.as_ref().zip(job.scene().cumulus.as_ref()).zip(job.tables().last());
@@ -83,7 +87,9 @@ impl Clouds {
     fn check_depths(&self, job: &Job, moment: &Moment) -> Result<(), RenderError> {
         let height_m = |shape: &Shape<'_>| match shape {
             Shape::Cumulus { index, .. } => index.heights_m()[1] - index.heights_m()[0],
-            Shape::Layer { thickness, .. } => thickness.texels.iter().map(|texel| texel[0]).fold(0.0, f64::max),
+            Shape::Layer { thickness: map, .. } | Shape::Columns { columns: map, .. } => {
+                map.texels.iter().map(|texel| texel[0]).fold(0.0, f64::max)
+            }
         };
         let parts = self.parts(job, moment);
         let depth = |part: &RgbPart<'_>| part.extinction_per_m.into_iter().fold(0.0, f64::max) * height_m(&part.shape);

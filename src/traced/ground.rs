@@ -47,6 +47,7 @@ pub(crate) fn trace_ground(
         .map(|((layer, thickness), tables)| RgbLayer {
             base_m: layer.base_m,
             thickness,
+            ragged: layer.ragged,
             offset_uv: layer.offset_uv,
             extinction_per_m: layer.extinction_per_m,
             albedo: tables.channels.each_ref().map(|channel| channel.albedo),

@@ -60,6 +60,7 @@ impl Cloud {
         RgbLayer {
             base_m: self.base_m,
             thickness: &self.thickness,
+            ragged: false,
             // Nothing has moved at time 0.
             offset_uv: [0.0; 2],
             extinction_per_m: self.extinction_per_m,

@@ -2,7 +2,7 @@
 
 use crate::reference::map::Map;
 
-/// The first channel of a periodic map with bilinear interpolation, by metres east and south.
+/// A number of each texel of a periodic map with bilinear interpolation, by metres east and south.
 #[derive(Debug)]
 pub(super) struct Surface {
     size: [f64; 2],
@@ -16,10 +16,15 @@ pub(super) struct Surface {
 
 impl Surface {
     pub(super) fn new(map: &Map, offset_uv: [f64; 2], extent_m: f64) -> Self {
+        Self::of(map, offset_uv, extent_m, |texel| texel[0])
+    }
+
+    /// The same of what `value` gives of a texel.
+    pub(super) fn of(map: &Map, offset_uv: [f64; 2], extent_m: f64, value: impl Fn([f64; 4]) -> f64) -> Self {
         let size = [map.width as f64, map.height as f64];
         let texel = |i: usize| {
             let (x, y) = (i % (map.width + 1), i / (map.width + 1));
-            map.texel(x % map.width, y % map.height)[0]
+            value(map.texel(x % map.width, y % map.height))
         };
         Self {
             size,

@@ -32,6 +32,7 @@ mod medium;
 mod patches;
 mod paths;
 mod problem;
+mod ragged;
 mod rays;
 mod rgb;
 mod sheet;

@@ -3,9 +3,10 @@
 use glam::DVec3;
 
 use super::air::{Air, Met};
-use super::problem::{FieldProblem, Layer, greatest};
+use super::problem::{FieldProblem, Layer};
 use crate::atmosphere::geometry::TOP_M;
 use crate::periodic::Axis;
+use crate::reference::monte_carlo::columns::Columns;
 use crate::reference::monte_carlo::error::MonteCarloError;
 use crate::reference::monte_carlo::random::Random;
 use crate::reference::monte_carlo::surface::Surface;
@@ -21,9 +22,18 @@ const CELL_PART: f64 = 0.1;
 struct Cloud {
     base_m: f64,
     extinction_per_m: f64,
-    thickness: Surface,
+    form: Form,
     /// Height above the ground of the highest cloud in each cell.
     tops_m: Vec<f64>,
+    /// Greatest extinction in each cell, 1/m.
+    most_per_m: Vec<f64>,
+}
+
+/// How a layer's map tells its shape.
+#[derive(Debug)]
+enum Form {
+    Sheet(Surface),
+    Columns(Box<Columns>),
 }
 
 /// All that a photon can meet above the ground.
@@ -58,14 +68,29 @@ pub(super) enum Flight {
 impl Medium {
     pub(super) fn new(problem: &FieldProblem<'_>) -> Result<Self, MonteCarloError> {
         let extent_m = problem.extent_m;
-        let highest_m = problem.layers.iter().map(|layer| greatest(layer.thickness)).fold(0.0, f64::max);
+        let highest_m = problem.layers.iter().map(Layer::depth_m).fold(0.0, f64::max);
         let cells = (extent_m / (CELL_PART * highest_m)).clamp(1.0, MAX_CELLS) as usize;
         let cloud = |layer: &Layer<'_>| {
+            let (base_m, extinction_per_m) = (layer.base_m, layer.extinction_per_m);
+            let above = |heights: Vec<f64>| heights.into_iter().map(|height| base_m + height).collect();
+            if layer.ragged {
+                let columns = Columns::new(layer.thickness, layer.offset_uv, extent_m);
+                let [tops, densest] = columns.greatest_in(cells);
+                let most_per_m = densest.into_iter().map(|density| density * extinction_per_m).collect();
+                return Cloud {
+                    base_m,
+                    extinction_per_m,
+                    form: Form::Columns(Box::new(columns)),
+                    tops_m: above(tops),
+                    most_per_m,
+                };
+            }
             let thickness = Surface::new(layer.thickness, layer.offset_uv, extent_m);
-            let tops_m = thickness.greatest_in(cells).iter().map(|height| layer.base_m + height).collect();
-            Cloud { base_m: layer.base_m, extinction_per_m: layer.extinction_per_m, thickness, tops_m }
+            let tops_m = above(thickness.greatest_in(cells));
+            let most_per_m = vec![extinction_per_m; cells * cells];
+            Cloud { base_m, extinction_per_m, form: Form::Sheet(thickness), tops_m, most_per_m }
         };
-        let top_m = |layer: &Layer<'_>| layer.base_m + greatest(layer.thickness);
+        let top_m = |layer: &Layer<'_>| layer.base_m + layer.depth_m();
         let mut edges_m = vec![0.0];
         edges_m.extend(problem.layers.iter().flat_map(|layer| [layer.base_m, top_m(layer)]));
         edges_m.sort_by(f64::total_cmp);
@@ -148,7 +173,7 @@ impl Medium {
             let cell = y.cell * self.cells + x.cell;
             let met = |layer: &&usize| self.clouds[**layer].tops_m[cell] > lowest_m;
             let layers = || self.bands[band].iter().filter(met);
-            let majorant: f64 = layers().map(|i| self.clouds[*i].extinction_per_m).sum();
+            let majorant: f64 = layers().map(|i| self.clouds[*i].most_per_m[cell]).sum();
             if majorant > 0.0 {
                 loop {
                     let step_m = optical / majorant;
@@ -158,7 +183,7 @@ impl Medium {
                     }
                     way_m += step_m;
                     optical = random.free_path();
-                    let hit = self.hit(layers(), start + direction * way_m, majorant * random.uniform());
+                    let hit = self.hit(layers(), cell, start + direction * way_m, majorant * random.uniform());
                     if let Some(layer) = hit {
                         return Some((way_m, layer));
                     }
@@ -174,15 +199,28 @@ impl Medium {
     }
 
     /// A collision with what would fill a cell up to its highest top: the layer it is in, `chosen` by the extinctions,
-    /// unless `place` is above the cloud.
-    fn hit<'a>(&self, layers: impl Iterator<Item = &'a usize>, place: DVec3, mut chosen: f64) -> Option<usize> {
+    /// unless `place` is outside its cloud.
+    fn hit<'a>(
+        &self,
+        layers: impl Iterator<Item = &'a usize>,
+        cell: usize,
+        place: DVec3,
+        mut chosen: f64,
+    ) -> Option<usize> {
         for layer in layers {
             let cloud = &self.clouds[*layer];
-            if chosen < cloud.extinction_per_m {
-                let inside = place.z - cloud.base_m < cloud.thickness.at(place.x, place.y);
+            if chosen < cloud.most_per_m[cell] {
+                let height_m = place.z - cloud.base_m;
+                let inside = match &cloud.form {
+                    Form::Sheet(thickness) => height_m < thickness.at(place.x, place.y),
+                    // Among what fills a cell up, as much is cloud as the column is dense.
+                    Form::Columns(columns) => {
+                        chosen < cloud.extinction_per_m * columns.density_at(place.x, place.y, height_m)
+                    }
+                };
                 return inside.then_some(*layer);
             }
-            chosen -= cloud.extinction_per_m;
+            chosen -= cloud.most_per_m[cell];
         }
         None
     }

@@ -21,10 +21,13 @@ const MAX_LIGHT: f64 = 1e30;
 /// A layer of cloud.
 #[derive(Clone, Copy, Debug)]
 pub struct Layer<'a> {
-    /// Height of its flat base above the ground, metres, 0..=1e6.
+    /// Height of its flat base above the ground, or of its base plane, metres, 0..=1e6.
     pub base_m: f64,
     /// Its thickness in the first channel, metres, >= 0; the map covers the domain, row 0 in the north.
     pub thickness: &'a Map,
+    /// Whether the map is of columns instead: the thickness that a cloud of the layer's extinction had at the column's optical
+    /// depth, then top and base above the base plane, metres, >= 0; where these are equal, the first is 0.
+    pub ragged: bool,
     /// Where that map is read: at uv plus this. A wind from the west moves clouds by making the first one smaller.
     pub offset_uv: [f64; 2],
     /// Extinction inside the cloud, 1/m, >= 0; times the greatest thickness at most [`MAX_OPTICAL_DEPTH`].
@@ -55,6 +58,14 @@ pub struct FieldProblem<'a> {
     pub air: Option<&'a Medium>,
 }
 
+impl Layer<'_> {
+    /// Height of its highest top above its base, or base plane.
+    pub(super) fn depth_m(&self) -> f64 {
+        let top = usize::from(self.ragged);
+        self.thickness.texels.iter().map(|texel| texel[top]).fold(0.0, f64::max)
+    }
+}
+
 impl FieldProblem<'_> {
     pub(super) fn check(&self) -> Result<(), MonteCarloError> {
         check("number of layers", self.layers.len() as f64, 1.0, MAX_LAYERS as f64)?;
@@ -65,6 +76,12 @@ impl FieldProblem<'_> {
             base_m = layer.base_m;
             check("albedo", layer.albedo, 0.0, 1.0)?;
             check_map("thickness", layer.thickness, MAX_HEIGHT_M)?;
+            if layer.ragged {
+                for column in &layer.thickness.texels {
+                    check("base of a column", column[2], 0.0, MAX_HEIGHT_M)?;
+                    check("top of a column", column[1], column[2], MAX_HEIGHT_M)?;
+                }
+            }
             let depth = layer.extinction_per_m * greatest(layer.thickness);
             // The map may be empty: the extinction by itself as well.
             check("extinction", layer.extinction_per_m, 0.0, f64::MAX)?;
@@ -83,7 +100,7 @@ impl FieldProblem<'_> {
 
     fn check_air(&self, air: &Medium) -> Result<(), MonteCarloError> {
         for layer in self.layers {
-            check("top of a layer in air", layer.base_m + greatest(layer.thickness), 0.0, TOP_M - 1.0)?;
+            check("top of a layer in air", layer.base_m + layer.depth_m(), 0.0, TOP_M - 1.0)?;
         }
         for depth in [air.rayleigh_depth, air.ozone_depth, air.aerosol.depth] {
             check("optical depth of air", depth, 0.0, MAX_OPTICAL_DEPTH)?;

@@ -14,10 +14,12 @@ use crate::reference::monte_carlo::estimate::Effort;
 /// A layer of cloud; fields as in [`Layer`], those that differ between colours for red, green and blue.
 #[derive(Clone, Copy, Debug)]
 pub struct RgbLayer<'a> {
-    /// Height of its flat base above the ground, metres.
+    /// Height of its flat base above the ground, or of its base plane, metres.
     pub base_m: f64,
     /// Its thickness in the first channel, metres.
     pub thickness: &'a Map,
+    /// Whether that is a map of columns.
+    pub ragged: bool,
     /// Added to uv where that map is read.
     pub offset_uv: [f64; 2],
     /// Extinction inside the cloud, 1/m.
@@ -34,6 +36,7 @@ impl<'a> RgbLayer<'a> {
         Layer {
             base_m: self.base_m,
             thickness: self.thickness,
+            ragged: self.ragged,
             offset_uv: self.offset_uv,
             extinction_per_m: self.extinction_per_m[colour],
             albedo: self.albedo[colour],

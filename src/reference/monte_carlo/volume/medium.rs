@@ -1,6 +1,7 @@
 //! Clouds of several parts on lines.
 
 use super::problem::{MAX_PARTS, Shape, VolumeProblem};
+use super::ragged::Ragged;
 use super::sheet::Sheet;
 use crate::cumulus::{Index, Line};
 use crate::reference::monte_carlo::path::NEGLIGIBLE;
@@ -29,6 +30,7 @@ enum Form<'a> {
     /// Where it would be without wind, and where the wind has carried it.
     Cumulus(&'a Index, DVec3),
     Sheet(Sheet),
+    Ragged(Ragged<'a>),
 }
 
 /// What a flight ends at.
@@ -61,6 +63,9 @@ impl<'a> Medium<'a> {
             Shape::Layer { base_m, thickness, offset_uv } => {
                 Form::Sheet(Sheet::new(base_m, thickness, offset_uv, extent_m))
             }
+            Shape::Columns { base_m, columns, offset_uv } => {
+                Form::Ragged(Ragged::new(base_m, columns, offset_uv, extent_m))
+            }
         };
         let clouds = problem.parts.iter();
         let clouds = clouds.map(|part| Cloud { extinction_per_m: part.extinction_per_m, form: form(part.shape) });
@@ -72,6 +77,7 @@ impl<'a> Medium<'a> {
         let bottom_m = |cloud: &Cloud<'_>| match &cloud.form {
             Form::Cumulus(index, _) => index.heights_m()[0],
             Form::Sheet(sheet) => sheet.base_m(),
+            Form::Ragged(columns) => columns.base_m(),
         };
         self.clouds.iter().map(bottom_m).fold(f64::INFINITY, f64::min)
     }
@@ -81,6 +87,7 @@ impl<'a> Medium<'a> {
         let top_m = |cloud: &Cloud<'_>| match &cloud.form {
             Form::Cumulus(index, _) => index.heights_m()[1],
             Form::Sheet(sheet) => sheet.top_m(),
+            Form::Ragged(columns) => columns.top_m(),
         };
         self.clouds.iter().map(top_m).fold(0.0, f64::max)
     }
@@ -199,7 +206,7 @@ impl Cloud<'_> {
                     }
                 });
             }
-            Form::Sheet(_) => self.pieces(line, |from_m, to_m, extinction| {
+            Form::Sheet(_) | Form::Ragged(_) => self.pieces(line, |from_m, to_m, extinction| {
                 let depth = extinction * (to_m - from_m);
                 if optical < depth {
                     hit = Some(from_m + optical / extinction);
@@ -257,6 +264,10 @@ impl Cloud<'_> {
             // Its breaks are nobody's business.
             Form::Sheet(sheet) => {
                 let _: ControlFlow<()> = sheet.pieces(line, |from_m, to_m| visit(from_m, to_m, extinction));
+            }
+            Form::Ragged(columns) => {
+                let _: ControlFlow<()> =
+                    columns.pieces(line, |from_m, to_m, density| visit(from_m, to_m, extinction * density));
             }
         }
     }

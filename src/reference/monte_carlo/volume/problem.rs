@@ -35,6 +35,16 @@ pub enum Shape<'a> {
         /// Where that map is read: at uv plus this.
         offset_uv: [f64; 2],
     },
+    /// Columns with bases, tops and extinctions of their own.
+    Columns {
+        /// Height of the base plane above the ground, metres, 0..=1e6.
+        base_m: f64,
+        /// Thickness that a cloud of the part's extinction had at the column's optical depth, then top and base above the base
+        /// plane, metres, >= 0; where these are equal, the first is 0.
+        columns: &'a Map,
+        /// Where that map is read: at uv plus this.
+        offset_uv: [f64; 2],
+    },
 }
 
 /// A part of the clouds: one shape filled with one kind of droplets.
@@ -103,6 +113,16 @@ impl VolumeProblem<'_> {
                     check("extent of cumulus", index.extent_m(), self.extent_m, self.extent_m)?;
                     check("drift of cumulus", drift_m.abs().max_element(), 0.0, EXTENTS_M.1)?;
                     index.heights_m()[1] - index.heights_m()[0]
+                }
+                Shape::Columns { base_m, columns, offset_uv } => {
+                    check("base of a layer", base_m, 0.0, MAX_HEIGHT_M)?;
+                    for [path_m, top_m, column_base_m, _] in &columns.texels {
+                        check("thickness", *path_m, 0.0, MAX_HEIGHT_M)?;
+                        check("base of a column", *column_base_m, 0.0, MAX_HEIGHT_M)?;
+                        check("top of a column", *top_m, *column_base_m, MAX_HEIGHT_M)?;
+                    }
+                    offset_uv.iter().try_for_each(|offset| check("offset of a map", *offset, f64::MIN, f64::MAX))?;
+                    columns.texels.iter().map(|texel| texel[0]).fold(0.0, f64::max)
                 }
                 Shape::Layer { base_m, thickness, offset_uv } => {
                     check("base of a layer", base_m, 0.0, MAX_HEIGHT_M)?;

@@ -1,0 +1,112 @@
+//! Layers by maps: columns with bases, tops and optical depths of their own, as the passes read them.
+
+use crate::image::{Image, MissingImage};
+use crate::scene::{Edge, Shape, ShapeMaps};
+use std::collections::HashMap;
+use std::sync::Arc;
+
+/// The columns of a layer.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct ColumnMap {
+    /// Texels across and down.
+    pub(crate) size: [u32; 2],
+    /// Of each: the thickness that a cloud of the layer's extinction had at the column's optical depth; top and base above the
+    /// base plane, metres; 0.
+    pub(crate) texels: Vec<[f32; 4]>,
+    /// Height of the base plane: the lowest base.
+    pub(crate) base_m: f64,
+    /// Highest top above it.
+    pub(crate) depth_m: f64,
+    /// Mean heights of the cloudy columns' bases and tops above the ground.
+    pub(crate) mean_m: [f64; 2],
+    /// Mean extinction of the cloudy columns, relative to the layer's.
+    pub(crate) density: f64,
+}
+
+impl ColumnMap {
+    /// The columns of a shape that has maps, in a cloud of an extinction (550 nm, 1/m, above 0).
+    ///
+    /// # Errors
+    /// An image is missing.
+    pub(crate) fn new(
+        shape: &Shape,
+        images: &HashMap<String, Arc<Image>>,
+        extinction_per_m: f64,
+    ) -> Result<Self, MissingImage> {
+        let maps = ShapeMaps::new(shape, images)?;
+        let derived_m = derived_m(shape, &maps, extinction_per_m);
+        // Heights of all columns that have any, cloudy or not, and the cloud in them.
+        let column = |number: usize| {
+            let column = maps.column(number, derived_m)?;
+            let thickness_m = (column.top_m - column.base_m).max(0.0);
+            let path_m = match column.optical_depth {
+                Some(depth) if thickness_m > 0.0 => depth / extinction_per_m,
+                Some(_) => 0.0,
+                None => thickness_m,
+            };
+            Some([path_m, column.top_m, column.base_m])
+        };
+        let (mut cloudy, mut path_sum, mut sums) = (0.0, 0.0, [0.0; 2]);
+        let (mut low_m, mut high_m) = (f64::INFINITY, f64::NEG_INFINITY);
+        for [path_m, top_m, base_m] in (0..maps.count()).filter_map(column).filter(|[path_m, ..]| *path_m > 0.0) {
+            cloudy += 1.0;
+            path_sum += path_m;
+            sums = [sums[0] + base_m, sums[1] + top_m];
+            (low_m, high_m) = (low_m.min(base_m), high_m.max(top_m));
+        }
+        if cloudy == 0.0 {
+            let base_m = shape.flat_base_m().unwrap_or(0.0);
+            let texels = vec![[0.0; 4]; maps.count()];
+            return Ok(Self { size: maps.size, texels, base_m, depth_m: 0.0, mean_m: [base_m; 2], density: 1.0 });
+        }
+        let mean_m = sums.map(|sum| sum / cloudy);
+        let own_depths = shape.optical_depth.is_some();
+        // Where nothing is known a column has no cloud, and the heights to which its neighbours' cloud runs out.
+        let unknown = |number: usize| {
+            let known: Vec<[f64; 3]> = neighbours(number, maps.size).filter_map(column).collect();
+            let mean = |which: usize| {
+                let values = known.iter().map(|column| column[which]);
+                if known.is_empty() { mean_m[2 - which] } else { values.sum::<f64>() / known.len() as f64 }
+            };
+            let (top_m, base_m) = (mean(1), mean(2));
+            let middle_m = 0.5 * (top_m + base_m);
+            // By optical depth it thins out; else it gets flatter.
+            if own_depths { [0.0, top_m, base_m] } else { [0.0, middle_m, middle_m] }
+        };
+        let above = |height_m: f64| (height_m.clamp(low_m, high_m) - low_m) as f32;
+        let texel = |number: usize| {
+            let [path_m, top_m, base_m] = column(number).unwrap_or_else(|| unknown(number));
+            let (top, base) = (above(top_m), above(base_m));
+            // Without own depths the path is the thickness that single precision leaves.
+            [if own_depths { path_m as f32 } else { top - base }, top, base, 0.0]
+        };
+        let texels: Vec<[f32; 4]> = (0..maps.count()).map(texel).collect();
+        let density = path_sum / (sums[1] - sums[0]);
+        Ok(Self { size: maps.size, texels, base_m: low_m, depth_m: high_m - low_m, mean_m, density })
+    }
+
+    /// What columns of a layer's extinction are as thick as these are deep, metres.
+    pub(crate) fn paths_m(&self) -> impl Iterator<Item = f32> {
+        self.texels.iter().map(|texel| texel[0])
+    }
+}
+
+/// Thickness where neither it nor the other edge is given: the droplets' extinction then makes the mean optical depth of the
+/// cloudy columns.
+fn derived_m(shape: &Shape, maps: &ShapeMaps<'_>, extinction_per_m: f64) -> f64 {
+    if shape.thickness.is_some() || (shape.base != Edge::Open && shape.top != Edge::Open) {
+        return 0.0;
+    }
+    let depths = (0..maps.count()).filter_map(|number| maps.column(number, 0.0)?.optical_depth);
+    let (count, sum) =
+        depths.filter(|depth| *depth > 0.0).fold((0.0, 0.0), |(count, sum), depth| (count + 1.0, sum + depth));
+    if count > 0.0 { sum / count / extinction_per_m } else { 0.0 }
+}
+
+/// The eight columns around one of a periodic map.
+fn neighbours(number: usize, [width, height]: [u32; 2]) -> impl Iterator<Item = usize> {
+    let (width, height) = (width as usize, height as usize);
+    let (x, y) = (number % width, number / width);
+    let around = (0..9).filter(|i| *i != 4);
+    around.map(move |i| (y + height + i / 3 - 1) % height * width + (x + width + i % 3 - 1) % width)
+}
