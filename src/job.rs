@@ -57,7 +57,7 @@ impl Job {
         if !found.errors.is_empty() {
             return Err(RenderError::Invalid(found.errors));
         }
-        let plan = Plan::new(&request);
+        let plan = Plan::new(&request, &scene);
         let shown = request.texture().shows_the_scene();
         let mixes = if shown { scene.mixes() } else { Vec::new() };
         let air = if shown { air_mix(&scene, &images, &plan, library, &|_| progress(0.0))? } else { None };

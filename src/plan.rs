@@ -76,6 +76,17 @@ fn duration_in_words(seconds: f64) -> String {
     }
 }
 
+/// How sunlight is carried through uneven cloud where nothing else is asked for. Layers whose tops do not tell how deep they are show no
+/// bright and dark sides, which all but independent columns give them (docs/method.md 5.3).
+fn transport(tolerance: f64, scene: &Scene) -> Transport {
+    let mut uneven = scene.layers.iter().filter(|layer| !layer.shape.is_even()).peekable();
+    match () {
+        () if uneven.peek().is_some() && uneven.all(|layer| layer.shape.is_deep_below()) => Transport::Columns,
+        () if tolerance >= Transport::Tilted.error() => Transport::Tilted,
+        () => Transport::Blended,
+    }
+}
+
 /// How finely the clouds of a sky are looked at where many of them are one texel.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SkyDetail {
@@ -157,7 +168,7 @@ pub struct Choice {
 
 impl Plan {
     /// Plans a request. The tolerance alone decides, so that equal requests are equal on every machine.
-    pub fn new(request: &Request) -> Self {
+    pub fn new(request: &Request, scene: &Scene) -> Self {
         let tolerance = request.wanted.tolerance().unwrap_or(Request::TOLERANCE);
         let reference = request.wanted.reference();
         let shaded = request.texture().needs().slab && reference.is_none();
@@ -165,11 +176,7 @@ impl Plan {
             tolerance,
             slab: shaded.then(|| SlabMethod::within(tolerance, request.wanted.method())),
             reference,
-            transport: request.wanted.transport().unwrap_or(if tolerance >= Transport::Tilted.error() {
-                Transport::Tilted
-            } else {
-                Transport::Blended
-            }),
+            transport: request.wanted.transport().unwrap_or_else(|| transport(tolerance, scene)),
             // Octaves err three times as much and save little: docs/charts/cumulus.csv.
             cumulus: request.wanted.cumulus().unwrap_or(CumulusMethod::Lattice),
             texels_per_length: if tolerance >= COARSE_MAPS { 1.0 } else { 2.0 },
@@ -245,6 +252,9 @@ impl Plan {
             };
             let reason = match request.wanted.transport() {
                 Some(_) => "asked for",
+                None if self.transport == Transport::Columns => {
+                    "sunlight through cloud whose top does not tell how deep it is"
+                }
                 None => "sunlight through uneven cloud; no method for every frame errs less",
             };
             add("sunlight", choice, reason.to_owned(), error);

@@ -51,10 +51,10 @@ impl Cloud {
         Self { coarse: Coarse::new(&volume), volume, root_m }
     }
 
-    /// What each ray of a list sees before a background.
+    /// What each ray of a list sees before a background; the surface is drawn over `soft_m`.
     fn seen(
         &self,
-        method: CumulusMethod,
+        (method, soft_m): (CumulusMethod, f64),
         lighting: &Lighting,
         rays: &[Ray],
         background: &dyn Fn(&Ray) -> DVec3,
@@ -69,7 +69,7 @@ impl Cloud {
                 return SurfaceLight { volume, lighting, coarse, surface, root_m: self.root_m }.seen(
                     *ray,
                     1e5,
-                    |_| 0.0,
+                    |_| soft_m,
                     behind,
                 );
             }
@@ -77,10 +77,10 @@ impl Cloud {
                 Some(lattice) => OctavesLight { volume, lattice, lighting, octaves: Octaves::REFITTED }.seen(
                     *ray,
                     1e5,
-                    |_| 0.0,
+                    |_| soft_m,
                     behind,
                 ),
-                None => ForwardLight { volume, lighting }.seen(*ray, 1e5, |_| 0.0, behind),
+                None => ForwardLight { volume, lighting }.seen(*ray, 1e5, |_| soft_m, behind),
             }
         };
         rays.iter().map(one).collect()
@@ -220,7 +220,8 @@ fn pictures_are_those_of_the_twins() {
                     .collect();
                 let even =
                     |ray: &Ray| DVec3::from_array(if ray.towards.z > 0.0 { lighting.above } else { lighting.below });
-                let twin = cloud.seen(method, &lighting, &rays, &even);
+                // Texels are 83 m wide: the surface is drawn over a cube of the volume.
+                let twin = cloud.seen((method, cloud.volume.voxel_m), &lighting, &rays, &even);
                 let (mut errors, mut sum, mut cloudy) = (DVec3::ZERO, DVec3::ZERO, 0);
                 for (texel, twin) in seen.data.chunks(4).zip(&twin) {
                     let found = DVec3::new(texel[0].into(), texel[1].into(), texel[2].into());
@@ -257,7 +258,7 @@ fn white_furnace() {
     let even = Lighting { sun: [0.0; 3], above: [1.0; 3], below: [1.0; 3], ..lighting(0.03, 1.0, DVec3::Z) };
     for (name, method) in methods() {
         let mut met = 0;
-        for seen in cloud.seen(method, &even, &rays, &|_| DVec3::ONE) {
+        for seen in cloud.seen((method, 0.0), &even, &rays, &|_| DVec3::ONE) {
             let ratio = even.extinction_per_m[2] / even.extinction_per_m[1];
             let all = seen.radiance.z + (-ratio * seen.depth).exp();
             assert!((all - 1.0).abs() < 1e-9, "{name}: {all} at a depth of {}", seen.depth);
@@ -326,7 +327,7 @@ fn limits_are_finite() {
 }
 
 fn cloud_light(cloud: &Cloud, method: CumulusMethod, lighting: &Lighting, rays: &[Ray]) -> Vec<CumulusSeen> {
-    cloud.seen(method, lighting, rays, &|_| DVec3::ZERO)
+    cloud.seen((method, 0.0), lighting, rays, &|_| DVec3::ZERO)
 }
 
 /// What of a beam goes through a slab scattered, by closed form, is that of the exact solution (Monte Carlo of the specification, straight

@@ -11,6 +11,7 @@ use skyloom::reference::Map;
 use skyloom::reference::path::path_in_layer;
 use skyloom::render::Watch;
 use skyloom::request::Request;
+use skyloom::scene::Scene;
 use skyloom::tables::Detail;
 
 fn request(tolerance: f64) -> Request {
@@ -20,6 +21,35 @@ fn request(tolerance: f64) -> Request {
 fn asked(query: &[(&str, &str)]) -> Request {
     let query: Vec<_> = query.iter().map(|(name, value)| ((*name).to_owned(), (*value).to_owned())).collect();
     Request::parse("cloud", "exr", &query).unwrap()
+}
+
+fn scene(layers: &Value) -> Scene {
+    Scene::from_json(json!({ "layers": layers }).to_string().as_bytes()).unwrap()
+}
+
+fn empty() -> Scene {
+    scene(&json!([]))
+}
+
+/// Layers whose tops do not tell how deep they are have no bright and dark sides.
+#[test]
+fn flat_tops_are_taken_as_columns() {
+    let (hanging, standing) = (
+        json!({"flat": "top", "top_m": 1500, "thickness": {"kind": "stratocumulus"}}),
+        json!({"thickness": {"kind": "stratocumulus"}}),
+    );
+    let even = json!({"base_m": 3000, "thickness": {"kind": "uniform", "metres": 100}});
+    for (layers, transport) in [
+        (json!([hanging]), Transport::Columns),
+        (json!([hanging, even]), Transport::Columns),
+        (json!([standing]), Transport::Blended),
+        (json!([hanging, {"base_m": 4000, "thickness": {"kind": "stratocumulus"}}]), Transport::Blended),
+        (json!([even]), Transport::Blended),
+    ] {
+        assert_eq!(Plan::new(&request(0.02), &scene(&layers)).transport, transport, "{layers}");
+    }
+    let asked = Plan::new(&asked(&[("transport", "tilted")]), &scene(&json!([hanging])));
+    assert_eq!(asked.transport, Transport::Tilted);
 }
 
 #[test]
@@ -34,7 +64,7 @@ fn tolerance_picks_the_cheapest_method_within_it() {
         (0.003, SlabMethod::Tabulated(Detail::Finest)),
         (1e-6, SlabMethod::Tabulated(Detail::Finest)),
     ] {
-        assert_eq!(Plan::new(&request(tolerance)).slab, Some(method), "tolerance {tolerance}");
+        assert_eq!(Plan::new(&request(tolerance), &empty()).slab, Some(method), "tolerance {tolerance}");
     }
 }
 
@@ -74,7 +104,7 @@ fn expected_errors_of_light_are_those_of_the_chart() {
 #[test]
 fn a_method_that_is_asked_for_is_used() {
     for (name, method) in Method::ALL {
-        let plan = Plan::new(&asked(&[("method", name)]));
+        let plan = Plan::new(&asked(&[("method", name)]), &empty());
         assert_eq!(plan.reference, method.reference());
         // What is traced takes no other method.
         let used = plan.slab.map(SlabMethod::asked_as);
@@ -86,7 +116,7 @@ fn a_method_that_is_asked_for_is_used() {
 fn larger_tolerances_never_do_more() {
     let mut tolerance = 1e-4;
     while tolerance < 0.9 {
-        let (fine, rough) = (Plan::new(&request(tolerance)), Plan::new(&request(1.1 * tolerance)));
+        let (fine, rough) = (Plan::new(&request(tolerance), &empty()), Plan::new(&request(1.1 * tolerance), &empty()));
         assert!(rough.detail() <= fine.detail());
         assert!(rough.texels_per_length <= fine.texels_per_length);
         assert!(rough.texels_per_height <= fine.texels_per_height && rough.exchange_change > fine.exchange_change);

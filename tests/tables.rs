@@ -302,7 +302,7 @@ fn air(atmosphere: &str) -> AirMix {
     let scene = Scene::from_json(format!(r#"{{"atmosphere": {atmosphere}}}"#).as_bytes()).unwrap();
     let coarse = [("tolerance".to_owned(), "0.1".to_owned())];
     let request = Request::parse("sky", "f32", &coarse).unwrap();
-    air_mix(&scene, &Images::new(), &Plan::new(&request), &TableLibrary::new(None), &|_| ()).unwrap().unwrap()
+    air_mix(&scene, &Images::new(), &Plan::new(&request, &scene), &TableLibrary::new(None), &|_| ()).unwrap().unwrap()
 }
 
 /// Also of numbers that written out are longer than the name of a file.

@@ -264,7 +264,7 @@ fn the_plan_tells_what_a_traced_picture_costs() {
     let scene = Scene::from_json(scene(&[broken(), cumulus()], 0.2, 30.0).to_string().as_bytes()).unwrap();
     for (tolerance, cost) in [("0.1", "3 min"), ("0.01", "5 h"), ("0.5", "2 min")] {
         let request = query(tolerance);
-        let choices = Plan::new(&request).explain(&scene, &request);
+        let choices = Plan::new(&request, &scene).explain(&scene, &request);
         let stages: Vec<&str> = choices.iter().map(|choice| choice.stage).collect();
         assert_eq!(stages, ["field", "light"]);
         assert_eq!(choices[1].choice, "reference (Monte Carlo in three dimensions)");

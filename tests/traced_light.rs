@@ -294,7 +294,7 @@ fn requests_keep_what_touches_them() {
     assert_eq!(idle, Request::new(TextureKind::Thickness, Format::Exr));
     let request = parse("irradiance", &[REFERENCE]);
     let scene = Scene::from_json(scene(&[broken()], 0.2, 30.0).to_string().as_bytes()).unwrap();
-    let choices = Plan::new(&request).explain(&scene, &request);
+    let choices = Plan::new(&request, &scene).explain(&scene, &request);
     let stages: Vec<&str> = choices.iter().map(|choice| choice.stage).collect();
     assert_eq!(stages, ["field", "light"]);
     assert_eq!(choices[1].choice, "reference (Monte Carlo in three dimensions)");

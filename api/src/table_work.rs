@@ -83,7 +83,7 @@ pub async fn job(
 
 /// What of a request makes a difference to its tables.
 fn name(scene: &Scene, request: &Request) -> String {
-    let plan = Plan::new(request);
+    let plan = Plan::new(request, scene);
     format!("{} {:?} {} {:?}", scene.id(), plan.detail(), plan.tolerance, plan.spectrum)
 }
 

@@ -64,7 +64,7 @@ pub async fn get(
         let headers = [(header::ETAG, tag_value(&tag)?), (header::CACHE_CONTROL, caching.header()), timing];
         return Ok((StatusCode::NOT_MODIFIED, headers).into_response());
     }
-    let plan = Plan::new(&request);
+    let plan = Plan::new(&request, &scene);
     let choices = plan.explain(&scene, &request);
     let head = Head { tag: &tag, caching, request: &request, plan: &plan, choices: &choices };
     if method == HttpMethod::HEAD {
@@ -196,7 +196,7 @@ pub async fn plan(
         other => other,
     })?;
     let request = fitted(&scene, &request, &app.config.limits).map_err(ApiError::InvalidQuery)?;
-    let plan = Plan::new(&request);
+    let plan = Plan::new(&request, &scene);
     let choices = plan.explain(&scene, &request);
     let answer = PlanAnswer {
         texture: &texture,

@@ -122,6 +122,11 @@ impl Shape {
         }
     }
 
+    /// Whether the top does not tell how deep the cloud is: it is flat, or optical depth has a map of its own.
+    pub(crate) fn is_deep_below(&self) -> bool {
+        matches!(self.top, Edge::Flat(_)) || self.optical_depth.is_some()
+    }
+
     /// Whether all columns are the same.
     pub(crate) fn is_even(&self) -> bool {
         !self.has_maps() && matches!(self.thickness, Some(Thickness::Uniform(_)))

@@ -28,8 +28,12 @@ pub(super) fn tiles(sphere: &Sphere, size: [u32; 2], first_row: u32, rows: u32) 
         for y in 0..LOOKS {
             let mut left: Option<f64> = None;
             for x in 0..LOOKS {
-                let at = |corner: u32, step: u32| f64::from(corner) + f64::from(step * TILE) / f64::from(LOOKS - 1);
-                let up = sphere.direction([at(corner[0], x), at(corner[1], y)], size).map(|direction| direction[2]);
+                // Over what of the tile is in the picture.
+                let at = |axis: usize, step: u32| {
+                    let side = TILE.min(size[axis] - corner[axis]);
+                    f64::from(corner[axis]) + f64::from(step * side) / f64::from(LOOKS - 1)
+                };
+                let up = sphere.direction([at(0, x), at(1, y)], size).map(|direction| direction[2]);
                 if let Some(up) = up {
                     (low, high, seen) = (low.min(up), high.max(up), true);
                     for near in [left, before[x as usize]].into_iter().flatten() {
@@ -109,7 +113,7 @@ mod tests {
 
     #[test]
     fn no_tile_is_left_out_that_shows_something() {
-        for (layout, across) in LAYOUTS.into_iter().flat_map(|layout| [20, 50, 130].map(|size| (layout, size))) {
+        for (layout, across) in LAYOUTS.into_iter().flat_map(|layout| [4, 8, 20, 50, 130].map(|size| (layout, size))) {
             let size =
                 crate::projection::Projection::Sphere(Sphere { layout, axes: Axes::Enu, eye: [0.0; 3] }).size(across);
             let sphere = Sphere { layout, axes: Axes::Enu, eye: [0.0; 3] };

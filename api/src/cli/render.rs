@@ -98,7 +98,7 @@ pub(super) fn plan(options: &ArgMatches) -> Result<(), Fault> {
     let request = request(name, options)?;
     let (scene, _images) = read_scene(scene_path(options)?, Unknown::Kept)?;
     let request = request.of(&scene).map_err(|errors| Fault::fields(&errors))?;
-    let plan = Plan::new(&request);
+    let plan = Plan::new(&request, &scene);
     let choices = plan.explain(&scene, &request);
     let row = |Choice { stage, choice, reason, error }: &Choice| {
         [(*stage).to_owned(), format!("{error:.3}"), choice.clone(), reason.clone()]
