@@ -133,21 +133,14 @@ fn a_failure_ends_the_making() {
     assert!(library.get(&mix(0.2), None, &|_| ()).is_ok());
 }
 
+/// How often something is made is counted below; here that a mix is such a thing.
 #[test]
-fn many_callers_make_a_mix_once() {
+fn many_callers_share_a_mix() {
     let library = TableLibrary::new(None);
-    let starts = AtomicUsize::new(0);
-    let progress = |part: f64| {
-        if part == 0.0 {
-            starts.fetch_add(1, Ordering::Relaxed);
-        }
-    };
     let tables: Vec<_> = std::thread::scope(|scope| {
-        let callers: Vec<_> =
-            (0..8).map(|_| scope.spawn(|| library.get(&mix(0.4), None, &progress).unwrap())).collect();
+        let callers: Vec<_> = (0..8).map(|_| scope.spawn(|| library.get(&mix(0.4), None, &|_| ()).unwrap())).collect();
         callers.into_iter().map(|caller| caller.join().unwrap()).collect()
     });
-    assert_eq!(starts.into_inner(), 1);
     assert!(tables.iter().all(|other| Arc::ptr_eq(other, &tables[0])));
     assert!(library.ready(&mix(0.4)) && library.progress(&mix(0.4)).is_none());
     assert!(!library.ready(&mix(0.3)));
