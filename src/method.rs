@@ -119,7 +119,7 @@ impl SlabMethod {
     /// sun the two finer sizes err by up to 2.5 times as much.
     pub fn error(self) -> f64 {
         match self {
-            Self::Forward => 0.7,
+            Self::Forward => 2.7,
             Self::Analytic => 0.9,
             Self::Tabulated(Detail::Coarse) => 0.03,
             Self::Tabulated(Detail::Fine) => 0.006,

@@ -177,7 +177,7 @@ impl Plan {
             slab: shaded.then(|| SlabMethod::within(tolerance, request.wanted.method())),
             reference,
             transport: request.wanted.transport().unwrap_or_else(|| transport(tolerance, scene)),
-            // Octaves err three times as much and save little: docs/charts/cumulus.csv.
+            // Octaves err three times as much and save an eighth of a pixel: docs/charts/cumulus.csv.
             cumulus: request.wanted.cumulus().unwrap_or(CumulusMethod::Lattice),
             texels_per_length: if tolerance >= COARSE_MAPS { 1.0 } else { 2.0 },
             texels_per_height: if tolerance >= COARSE_GRID { 2.0 } else { 4.0 },

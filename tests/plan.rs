@@ -55,8 +55,8 @@ fn flat_tops_are_taken_as_columns() {
 #[test]
 fn tolerance_picks_the_cheapest_method_within_it() {
     for (tolerance, method) in [
-        (1.0, SlabMethod::Forward),
-        (SlabMethod::Forward.error(), SlabMethod::Forward),
+        (1.0, SlabMethod::Analytic),
+        (SlabMethod::Analytic.error(), SlabMethod::Analytic),
         (0.3, SlabMethod::Tabulated(Detail::Coarse)),
         (SlabMethod::Tabulated(Detail::Coarse).error(), SlabMethod::Tabulated(Detail::Coarse)),
         (0.02, SlabMethod::Tabulated(Detail::Fine)),
