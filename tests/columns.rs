@@ -82,13 +82,17 @@ fn image(sky: &mut Sky, data: &[f32]) -> String {
     sky.add_image(SIDE, SIDE, data.to_vec())
 }
 
+/// Transports are named: what is the default depends on whether the top tells how deep the cloud is.
 const LIGHT: [(&str, &[(&str, &str)]); 6] = [
-    ("irradiance", &[]),
+    ("irradiance", &[("transport", "blended")]),
     ("shadow", &[]),
     ("thickness", &[]),
-    ("cloud", &[("view", "below"), ("direction", "35,10"), ("method", "analytic")]),
-    ("cloud", &[("view", "above"), ("direction", "50,200")]),
-    ("sky", &[("projection", "fisheye"), ("fov", "140"), ("size", "24"), ("method", "analytic")]),
+    ("cloud", &[("view", "below"), ("direction", "35,10"), ("method", "analytic"), ("transport", "blended")]),
+    ("cloud", &[("view", "above"), ("direction", "50,200"), ("transport", "blended")]),
+    (
+        "sky",
+        &[("projection", "fisheye"), ("fov", "140"), ("size", "24"), ("method", "analytic"), ("transport", "blended")],
+    ),
 ];
 
 /// Difference of two textures' texels relative to them: root mean square.

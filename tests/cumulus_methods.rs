@@ -195,9 +195,10 @@ fn pictures_are_those_of_the_twins() {
     // from bytes of depth that a device mixes in steps of its own. In dense cloud before the sun nearly all light is that of the few
     // texels of the rim.
     let limit = |method: CumulusMethod, rim_alone: bool| match (method.surface(), rim_alone) {
-        (None, _) => 0.02,
-        (Some(_), false) => 0.025,
-        (Some(_), true) => 0.06,
+        (None, false) => 0.01,
+        (None, true) => 0.025,
+        (Some(_), false) => 0.022,
+        (Some(_), true) => 0.04,
     };
     let mut bench = Bench::open();
     let mut wrong = Vec::new();
@@ -226,7 +227,9 @@ fn pictures_are_those_of_the_twins() {
                 for (texel, twin) in seen.data.chunks(4).zip(&twin) {
                     let found = DVec3::new(texel[0].into(), texel[1].into(), texel[2].into());
                     let alpha = 1.0 - (-twin.depth).exp();
-                    assert!((f64::from(texel[3]) - alpha).abs() < 0.02, "{method_name}: {} for {alpha}", texel[3]);
+                    // At .2 per metre .03 is a seventh of a metre of cloud: bytes of depth have steps as large.
+                    let opaque = if extinction > 0.1 { 0.03 } else { 0.02 };
+                    assert!((f64::from(texel[3]) - alpha).abs() < opaque, "{method_name}: {} for {alpha}", texel[3]);
                     errors += (found - twin.radiance).powf(2.0);
                     sum += twin.radiance.powf(2.0);
                     cloudy += usize::from(alpha > 0.5);
