@@ -224,7 +224,7 @@ fn wind_carries_clouds_away_from_where_it_comes_from() {
 
 #[test]
 fn the_kept_scenes_of_cumulus_have_clouds() {
-    for (name, spheres) in [("fair-weather", 20_000), ("congestus", 2_000)] {
+    for (name, spheres) in [("fair-weather", 20_000), ("congestus", 2_000), ("cumulus-under-deck", 10_000)] {
         let path = format!("{}/config/scenes/{name}.json", env!("CARGO_MANIFEST_DIR"));
         let scene = Scene::from_json(&std::fs::read(path).unwrap()).unwrap();
         assert_eq!(scene.notes(), [], "{name}");

@@ -22,6 +22,8 @@ const FILES: &[(&str, &str, &str)] = &[
     ("uniform", "Uniform layer", include_str!("../../config/scenes/uniform.json")),
     ("fair-weather", "Fair-weather cumulus", include_str!("../../config/scenes/fair-weather.json")),
     ("congestus", "Towering cumulus", include_str!("../../config/scenes/congestus.json")),
+    ("cumulus-under-deck", "Cumulus under a broken deck", include_str!("../../config/scenes/cumulus-under-deck.json")),
+    ("cirrus-veil", "Veil of cirrus", include_str!("../../config/scenes/cirrus-veil.json")),
     ("layers", "Broken clouds under a thin sheet", include_str!("../../config/scenes/layers.json")),
     ("snow", "Broken clouds over snow", include_str!("../../config/scenes/snow.json")),
 ];
