@@ -168,7 +168,7 @@ const clock = (utc) => (utc ? utc.slice(11, 16) : null);
 function showSun(sun) {
   const [r, g, b] = sun.irradiance.horizontal;
   const klx = 0.2126 * r + 0.7152 * g + 0.0722 * b;
-  $("sun-now").textContent = `${(90 - (sun.apparent_zenith_deg ?? sun.zenith_deg)).toFixed(1)}° above the horizon, azimuth ${sun.azimuth_deg.toFixed(1)}°; ${klx.toPrecision(3)} ${sky && isPhysical(sky.sent) ? "klx" : ""} on level ground at ${sun.irradiance.at}`;
+  $("sun-now").textContent = `${(90 - (sun.apparent_zenith_deg ?? sun.zenith_deg)).toFixed(1)}° above the horizon, azimuth ${sun.azimuth_deg.toFixed(1)}°; ${klx.toPrecision(3)}${sky && isPhysical(sky.sent) ? " klx" : ""} from the sun on a level plane at ${sun.irradiance.at}`;
   $("clock").textContent = timeText(sun.utc);
   const start = Date.parse(`${state.date}T${state.start}:00Z`);
   $("day").replaceChildren(...Object.entries(sun.day || {}).filter(([, at]) => typeof at === "string").map(([name, at]) => {

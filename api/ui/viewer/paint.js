@@ -157,7 +157,7 @@ function probe() {
     text = `azimuth ${azimuthOf(d).toFixed(1)}°, elevation ${elevationOf(d).toFixed(1)}°: ${values(main, radianceTowards(main, d))}`;
   } else if (state.view === "ground") {
     const at = groundAt(x, y, state, aspect);
-    text = at ? `ground, ${onGround(at[0] + 0.5, 0.5 - at[1], shown.a.irradiance, at[0], at[1])}, shadow ${digits(valueAt(shown.a.shadow, at[0] + 0.5, 0.5 - at[1])[0])}` : "above the horizon";
+    text = at ? `ground (seen towards ${Math.round(state.turn)}°), ${onGround(at[0] + 0.5, 0.5 - at[1], shown.a.irradiance, at[0], at[1])}, shadow ${digits(valueAt(shown.a.shadow, at[0] + 0.5, 0.5 - at[1])[0])}` : "above the horizon";
   } else {
     const { wide, high, left, top } = layout(main, state, canvas.width, canvas.height);
     const [u, v] = pointed ? [(x * canvas.width - left) / wide, (y * canvas.height - top) / high] : cross;

@@ -80,7 +80,7 @@ export function showCompared(table, a, b, planA, planB) {
   const choice = (plan, stage) => plan.stages.find((each) => each.stage === stage);
   const stages = [...new Set([...planA.stages, ...planB.stages].map(({ stage }) => stage))]
     .filter((stage) => choice(planA, stage)?.choice !== choice(planB, stage)?.choice);
-  table.replaceChildren(headOf("", "A", "B"),
+  table.replaceChildren(headOf("Compared", "A", "B"),
     rowOf(cell("th", "Time of the server", "Server-Timing, without waiting"), cell("td", costOf(a), stagesOf(a)), cell("td", costOf(b), stagesOf(b))),
     rowOf(cell("th", "Error expected"), cell("td", percent(planA.expected_error)), cell("td", percent(planB.expected_error))),
     rowOf(cell("th", "B against A", "rms, of this picture"), cell("td", ""), cell("td", percent(difference(a, b)))),

@@ -5,7 +5,7 @@ const DEFAULTS = {
   time: 0, speed: 1, view: "dome", eye: "2", ground: "light", clouds: true, texture: "cloud", side: "below", component: "total", tiles: false, size: "512",
   expose: "auto", ev: 14, stops: 0, paint: false, compare: false, wipe: 0.5, axes: "enu",
   tolerance: "", method: "", transport: "", cumulus: "", toleranceB: "0.3", methodB: "", transportB: "", cumulusB: "",
-  yaw: 180, pitch: 22, fov: 75, turn: 200, tilt: 42, away: 1.3, zoom: 1, mapX: 0.5, mapY: 0.5,
+  yaw: 180, pitch: 22, fov: 75, turn: 20, tilt: 30, away: 1.1, zoom: 1, mapX: 0.5, mapY: 0.5,
 };
 
 export const state = { ...DEFAULTS };
