@@ -89,6 +89,7 @@ async function watchTables(id, signal) {
 }
 
 async function update() {
+  again = false;
   running.abort();
   sharpening.abort();
   running = new AbortController();

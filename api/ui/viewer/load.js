@@ -54,14 +54,15 @@ async function groundOf(sky, state, size, time, signal) {
 
 // One time of one view. `main` is the picture that is probed and measured.
 export async function load(sky, state, size, time, signal) {
-  const sun = sunOf(sky, state, time, signal);
-  if (state.view === "ground") return { time, size, sun: await sun, ...(await groundOf(sky, state, size, time, signal)) };
   const texture = mainOf(state);
-  const main = picture(sky, texture, queryOf(texture, state, size, time), signal);
-  if (state.view === "maps") return { time, size, sun: await sun, main: await main };
-  const now = await sun;
-  const disc = discOf(sky, state, now, time, signal);
-  return { time, size, main: await main, sun: { ...now, disc: await disc } };
+  const withDisc = async () => {
+    const sun = await sunOf(sky, state, time, signal);
+    return state.view === "dome" ? { ...sun, disc: await discOf(sky, state, sun, time, signal) } : sun;
+  };
+  const pictures = async () => (state.view === "ground" ? groundOf(sky, state, size, time, signal)
+    : { main: await picture(sky, texture, queryOf(texture, state, size, time), signal) });
+  const [sun, made] = await Promise.all([withDisc(), pictures()]);
+  return { time, size, sun, ...made };
 }
 
 export const loadOther = (sky, state, size, time, signal) => picture(sky, mainOf(state), queryOf(mainOf(state), state, size, time, true), signal);

@@ -64,26 +64,30 @@ const costOf = ({ timings }) => {
 };
 export const stagesOf = ({ timings }) => timings.filter(([, ms]) => ms >= 0.5).map(([name, ms]) => `${name} ${Math.round(ms)}`).join(" · ");
 
-// Root mean square of the difference, relative to that of A.
+// How far B is from A: root mean square, relative to that of A, and in the mean, relative to the mean of A.
 export function difference(a, b) {
-  let sum = 0, whole = 0;
+  let square = 0, squares = 0, sum = 0, sums = 0;
   const weigh = a.texture === "sky" ? (i) => Math.cos((0.5 - (Math.floor(i / (3 * a.width)) + 0.5) / a.height) * Math.PI) : () => 1;
   for (let i = 0; i < a.data.length; i++) {
     const weight = weigh(i);
-    sum += weight * (a.data[i] - b.data[i]) ** 2;
-    whole += weight * a.data[i] ** 2;
+    const apart = a.data[i] - b.data[i];
+    square += weight * apart ** 2;
+    squares += weight * a.data[i] ** 2;
+    sum += weight * Math.abs(apart);
+    sums += weight * Math.abs(a.data[i]);
   }
-  return Math.sqrt(sum / whole);
+  return { rms: Math.sqrt(square / squares), mean: sum / sums };
 }
 
 export function showCompared(table, a, b, planA, planB) {
   const choice = (plan, stage) => plan.stages.find((each) => each.stage === stage);
   const stages = [...new Set([...planA.stages, ...planB.stages].map(({ stage }) => stage))]
     .filter((stage) => choice(planA, stage)?.choice !== choice(planB, stage)?.choice);
+  const { rms, mean } = difference(a, b);
   table.replaceChildren(headOf("Compared", "A", "B"),
     rowOf(cell("th", "Time of the server", "Server-Timing, without waiting"), cell("td", costOf(a), stagesOf(a)), cell("td", costOf(b), stagesOf(b))),
     rowOf(cell("th", "Error expected"), cell("td", percent(planA.expected_error)), cell("td", percent(planB.expected_error))),
-    rowOf(cell("th", "B against A", "rms, of this picture"), cell("td", ""), cell("td", percent(difference(a, b)))),
+    rowOf(cell("th", "B against A", "of this picture"), cell("td", "–"), cell("td", `${percent(mean)} in the mean`, `rms ${percent(rms)}; the brightest texels count most`)),
     ...stages.map((stage) => rowOf(cell("th", stage), ...[planA, planB].map((plan) => { const at = choice(plan, stage); return cell("td", at ? at.choice : "–", at ? percent(at.error) : ""); }))));
 }
 
