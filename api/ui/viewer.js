@@ -222,7 +222,7 @@ function showControls() {
   }
   for (const out of document.querySelectorAll("[data-of]")) out.textContent = { ev: state.ev, stops: `${state.stops > 0 ? "+" : ""}${state.stops}` }[out.dataset.of] ?? `${state[out.dataset.of]}°`;
   for (const attribute of ["by", "expose"]) for (const part of document.querySelectorAll(`[data-${attribute}]`)) part.hidden = part.dataset[attribute] !== state[attribute];
-  for (const part of document.querySelectorAll("[data-for]")) part.hidden = part.dataset.for !== state.view;
+  for (const part of document.querySelectorAll("[data-for]")) part.hidden = part.dataset.for !== state.view || (part.dataset.texture ?? state.texture) !== state.texture;
   $("preset").value = state.scene ? "" : state.preset;
   $("time").max = state.by === "place" ? 86400 : 7200;
   $("time").value = state.time;
