@@ -137,12 +137,27 @@ fn the_viewer_loads_nothing_from_elsewhere() {
     let page = common.server.get("/");
     assert_eq!(page.status, 200);
     assert!(page.header("content-security-policy").starts_with("default-src 'none'"));
-    for path in ["/", "/viewer.js", "/viewer.css"] {
-        let file = common.server.get(path);
+    let mut paths: Vec<_> = ["/", "/viewer.js", "/viewer.css"].map(str::to_owned).into();
+    let mut at = 0;
+    while at < paths.len() {
+        let path = paths[at].clone();
+        at += 1;
+        let file = common.server.get(&path);
         assert_eq!(file.status, 200, "{path}");
+        let is_script = file.header("content-type").starts_with("text/javascript");
+        assert_eq!(path.ends_with(".js"), is_script, "{path}");
+        assert!(file.header("content-security-policy").starts_with("default-src 'none'"), "{path}");
         let text = String::from_utf8(file.body).unwrap();
         assert!(!text.contains("://"), "{path} names another server");
+        // Every module that a script imports is there too: by `"./viewer/NAME.js"`, from within by `"./NAME.js"`.
+        for name in text.split("from \"./").skip(1).filter_map(|rest| rest.split('"').next()).filter(|_| is_script) {
+            let module = format!("/viewer/{}", name.trim_start_matches("viewer/"));
+            if !paths.contains(&module) {
+                paths.push(module);
+            }
+        }
     }
+    assert!(paths.len() > 10, "{paths:?}");
 }
 
 #[test]
