@@ -22,7 +22,7 @@ use crate::images::MEDIA_TYPES;
 use crate::problem::{ApiError, KINDS, field_problems};
 use crate::render_queue::State as RenderState;
 
-use crate::{ambient, body, frames, presets, sun, textures, version, viewer};
+use crate::{ambient, body, frames, jobs, presets, sun, textures, version, viewer};
 
 /// All routes over the shared state.
 pub fn router(app: Arc<App>) -> Router {
@@ -42,6 +42,7 @@ pub fn router(app: Arc<App>) -> Router {
         .route("/health/live", get(live))
         .route("/health/ready", get(ready))
         .route("/problems/{slug}", get(explain))
+        .merge(jobs::routes())
         .merge(viewer::routes())
         .layer(DefaultBodyLimit::disable())
         .layer(CatchPanicLayer::new())
@@ -180,10 +181,12 @@ async fn list_presets() -> Result<Response, ApiError> {
 }
 
 async fn show_limits(State(app): State<Arc<App>>) -> Response {
-    let Config { limits, queue, cache, server, .. } = &app.config;
+    let Config { limits, queue, cache, server, jobs, .. } = &app.config;
     let times = json!({ "header_timeout_s": server.header_timeout_s, "body_timeout_s": server.body_timeout_s });
+    let jobs = json!({ "count": jobs.count, "textures": jobs.textures, "keep": jobs.keep, "ahead_s": jobs.ahead_s,
+        "store_bytes": jobs.store_bytes });
     let answer = json!({
-        "version": *skyloom::VERSION, "limits": limits, "queue": queue, "cache": cache, "server": times,
+        "version": *skyloom::VERSION, "limits": limits, "queue": queue, "cache": cache, "server": times, "jobs": jobs,
     });
     ([(header::CACHE_CONTROL, "no-cache")], Json(answer)).into_response()
 }
