@@ -20,6 +20,7 @@ pub mod frames;
 pub mod gate;
 pub mod images;
 pub mod jobs;
+pub mod listing;
 pub mod logs;
 pub mod metrics;
 pub mod presets;

@@ -22,19 +22,19 @@ use crate::images::MEDIA_TYPES;
 use crate::problem::{ApiError, KINDS, field_problems};
 use crate::render_queue::State as RenderState;
 
-use crate::{ambient, body, frames, jobs, presets, sun, textures, version, viewer};
+use crate::{ambient, body, frames, jobs, listing, presets, sun, textures, version, viewer};
 
 /// All routes over the shared state.
 pub fn router(app: Arc<App>) -> Router {
     Router::new()
-        .route("/v1/skies", post(register_sky))
+        .route("/v1/skies", post(register_sky).get(listing::skies))
         .route("/v1/skies/{id}", get(show_sky).delete(remove_sky))
         .route("/v1/skies/{id}/plan", get(textures::plan))
         .route("/v1/skies/{id}/sun.json", get(sun::get))
         .route("/v1/skies/{id}/ambient.json", get(ambient::get))
         .route("/v1/skies/{id}/frames", get(frames::get))
         .route("/v1/skies/{id}/{file}", get(textures::get))
-        .route("/v1/images", post(store_image))
+        .route("/v1/images", post(store_image).get(listing::images))
         .route("/v1/presets", get(list_presets))
         .route("/v1/limits", get(show_limits))
         .route("/metrics", get(metrics))

@@ -210,3 +210,31 @@ fn a_script_makes_the_same_frames_and_goes_on_where_it_was_stopped() {
         assert!(done.status.code() == Some(2) && text.contains(told), "{options:?}: {text}");
     }
 }
+
+#[test]
+fn what_is_kept_is_listed_in_pages() {
+    let data = tempfile::tempdir().unwrap();
+    let server = Server::start(data.path(), &[], &[]);
+    let mut ids: Vec<String> = (0..7)
+        .map(|zenith| {
+            let mut scene = scene();
+            scene["sun"]["zenith_deg"] = json!(10 + zenith);
+            server.sky(&scene).trim_start_matches("/v1/skies/").to_owned()
+        })
+        .collect();
+    ids.sort();
+    let (mut next, mut seen) = (Some("/v1/skies?limit=3".to_owned()), Vec::new());
+    while let Some(path) = next {
+        let page = server.get(&path).json();
+        assert_eq!(page["count"], 7);
+        let skies = page["skies"].as_array().unwrap();
+        assert!((1..=3).contains(&skies.len()) && skies.iter().all(|sky| sky["bytes"].as_u64() > Some(100)));
+        seen.extend(skies.iter().map(|sky| sky["id"].as_str().unwrap().to_owned()));
+        next = page["next"].as_str().map(str::to_owned);
+    }
+    assert_eq!(seen, ids);
+    assert_eq!(server.get("/v1/images").json(), json!({ "images": [], "count": 0, "next": null }));
+    for (path, name) in [("limit=0", "limit"), ("limit=1&limit=2", "limit"), ("page=2", "page")] {
+        server.get(&format!("/v1/skies?{path}")).names(422, name);
+    }
+}

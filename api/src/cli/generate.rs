@@ -78,7 +78,7 @@ pub(super) fn command(options: &ArgMatches) -> Result<(), Fault> {
                 let options = RendererOptions { adapter: adapter.clone(), ..RendererOptions::default() };
                 renderer = Some(Renderer::new(&options).map_err(|error| Fault::Failure(error.to_string()))?);
                 for texture in &spec.textures {
-                    let job = prepare((*scene).clone(), texture.request.clone(), &images, &library)?;
+                    let job = prepare((*scene).clone(), texture.request, &images, &library)?;
                     jobs.push((texture.file.clone(), job));
                 }
             }

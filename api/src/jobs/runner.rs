@@ -67,7 +67,7 @@ async fn make(app: &Arc<App>, job: &Arc<Job>, at_ms: i64) -> Result<(), ApiError
     let Some(time_s) = job.spec.time_s(at_ms) else { return Ok(()) };
     let mut files: Vec<(String, Bytes)> = Vec::new();
     for texture in &job.spec.textures {
-        let mut request = texture.request.clone();
+        let mut request = texture.request;
         request.time_s = time_s;
         let given = textures::given(app, &job.spec.sky, &job.spec.scene, request, &Client::Jobs).await?;
         files.push((texture.file.clone(), given.reply.bytes.clone()));

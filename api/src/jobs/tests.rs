@@ -198,10 +198,9 @@ async fn a_day_has_a_frame_for_each_minute_and_the_latest_is_always_the_present_
         }
         seen
     });
-    let started = std::time::Instant::now();
     service.wind(MIDNIGHT + 1440 * MINUTE - 1).await;
     stop.store(true, Ordering::SeqCst);
-    println!("a day took {:?}; the reader saw {} frames", started.elapsed(), reader.join().unwrap());
+    assert!(reader.join().unwrap() > 100, "the reader saw them come");
     let (_, told) = service.ask("GET", "/v1/jobs/day", Value::Null).await;
     assert_eq!(
         (&told["frames"]["made"], &told["frames"]["missed"], &told["frames"]["failed"]),
