@@ -19,6 +19,9 @@ const FETCH_SITE: &str = "sec-fetch-site";
 fn wanted(parts: &Parts) -> Option<Right> {
     let path = parts.uri.path();
     if is_write(&parts.method) {
+        if path == "/v1/jobs" || path.starts_with("/v1/jobs/") {
+            return Some(Right::Jobs);
+        }
         return Some(if parts.method == Method::POST { Right::Register } else { Right::Admin });
     }
     match path {

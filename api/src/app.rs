@@ -11,10 +11,12 @@ use skyloom::tables::TableLibrary;
 use tokio::sync::{OwnedSemaphorePermit, Semaphore, watch};
 
 use crate::budget::Budget;
+use crate::clock::{Clock, Wall};
 use crate::config::Config;
 use crate::connections::Connections;
 use crate::gate::Gate;
 use crate::images::ImageStore;
+use crate::jobs::Jobs;
 use crate::metrics::Metrics;
 use crate::problem::ApiError;
 use crate::render_queue::{Factory, RenderQueue};
@@ -41,6 +43,10 @@ pub struct App {
     pub skies: SkyStore,
     /// Uploaded images.
     pub images: ImageStore,
+    /// Periodic generation.
+    pub jobs: Jobs,
+    /// What jobs are timed by.
+    pub clock: Arc<dyn Clock>,
     /// The render thread.
     pub queue: RenderQueue,
     /// Encoded replies by entity tag.
@@ -77,6 +83,8 @@ impl fmt::Debug for App {
 pub enum OpenError {
     /// The data folder cannot be used.
     Store(StoreError),
+    /// A job of the settings is wrong, or the jobs cannot be read.
+    Jobs(ApiError),
     /// The system gives no thread.
     Thread(std::io::Error),
 }
@@ -85,6 +93,7 @@ impl fmt::Display for OpenError {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Store(error) => error.fmt(formatter),
+            Self::Jobs(error) => error.fmt(formatter),
             Self::Thread(error) => write!(formatter, "starting the render thread: {error}"),
         }
     }
@@ -111,7 +120,10 @@ impl App {
     /// Opens the store in `config.server.data` and starts the render thread with `factory`.
     pub fn open(config: Config, factory: Factory) -> Result<Self, OpenError> {
         let folder = Folder::new(&config.server.data);
-        folder.prepare(&["skies", "images", "tables"])?;
+        folder.prepare(&["skies", "images", "tables", "jobs"])?;
+        for name in Jobs::names(&folder)? {
+            folder.prepare(&[&format!("jobs/{name}")])?;
+        }
         Self::over(config, factory, Arc::new(folder))
     }
 
@@ -125,6 +137,8 @@ impl App {
             store: watched,
             library: Arc::new(TableLibrary::new(Some(Arc::clone(&store)))),
             skies: SkyStore::open(Arc::clone(&store), Quota { count: limits.skies, bytes: limits.sky_store_bytes })?,
+            jobs: Jobs::open(Arc::clone(&store), &config).map_err(OpenError::Jobs)?,
+            clock: Arc::new(Wall),
             images: ImageStore::open(store, limits.image(), limits.image_store_bytes, cache.image_memory_bytes)?,
             queue: RenderQueue::start(factory, config.queue.depth).map_err(OpenError::Thread)?,
             replies: Replies::new(cache.memory_bytes),

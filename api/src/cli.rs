@@ -16,6 +16,7 @@ use crate::{logs, serve};
 mod chart;
 mod fault;
 mod film;
+mod generate;
 mod render;
 mod streams;
 
@@ -55,6 +56,7 @@ fn run(arguments: impl IntoIterator<Item = OsString>) -> Result<(), Fault> {
                 "render" => render::command(options),
                 "plan" => render::plan(options),
                 "film" => film::command(options),
+                "generate" => generate::command(options),
                 "check" => check(options),
                 "chart" => chart::command(options),
                 _ => list_adapters(),
@@ -102,6 +104,7 @@ fn command() -> Command {
         .subcommand(render_command(scene()))
         .subcommand(plan_command(scene()))
         .subcommand(film_command(scene()))
+        .subcommand(generate_command())
         .subcommand(
             Command::new("check")
                 .about("Checks a scene; prints it with every default spelled out")
@@ -227,6 +230,45 @@ fn film_command(scene: Arg) -> Command {
              The first frame is at --time.",
         );
     with_query(command)
+}
+
+/// `generate` takes a job as the server does.
+fn generate_command() -> Command {
+    let moment =
+        |name: &'static str, help: &'static str| Arg::new(name).long(name).value_name("TIME").required(true).help(help);
+    Command::new("generate")
+        .about("Makes the frames of a job between two moments, as the server would have made them by the clock")
+        .arg(
+            Arg::new("JOB")
+                .required(true)
+                .value_parser(value_parser!(PathBuf))
+                .help("Job file, .toml or JSON, as POST /v1/jobs takes it; `scene` may be the path of a scene file"),
+        )
+        .arg(moment("from", "First moment: RFC 3339, or seconds since 1970"))
+        .arg(moment("to", "End: frames that are due before it are made"))
+        .arg(
+            Arg::new("output")
+                .short('o')
+                .long("output")
+                .value_name("DIR")
+                .value_parser(value_parser!(PathBuf))
+                .help("Folder in which the job's own folder is made [default: .]"),
+        )
+        .arg(
+            Arg::new("adapter")
+                .long("adapter")
+                .value_name("NAME")
+                .help("Part of the name of the graphics device to use [default: the best one]"),
+        )
+        .after_help(
+            "Example job (roof.toml), a sky every minute:\n  name = \"roof\"\n  scene = \"scene.json\"\n  every = \"1m\"\n  \
+             textures = [{ texture = \"sky\", format = \"exr\", query = { size = 256 } }]\n\n\
+             skyloom generate roof.toml --from 2026-06-21T00:00:00Z --to 2026-06-22T00:00:00Z -o frames\n\n\
+             Writes frames/roof/20260621t000000z-sky.exr and so on, manifest.json with times and hashes, latest.json. Run again after\n\
+             an interruption it goes on where it stopped: frames that are there, whole and of this job and version are left. All\n\
+             frames are kept; `keep`, `ahead_s`, `catch_up` and `paused` are for the server.\n\
+             Exit codes: 0 all frames are there, 1 failure (no driver, disk full), 2 wrong command line, job, scene or image.",
+        )
 }
 
 fn with_query(command: Command) -> Command {

@@ -19,6 +19,8 @@ pub enum Client {
     Address(IpAddr),
     /// Known by the name of its key.
     Key(String),
+    /// The server itself, for its jobs: all of them together are one client.
+    Jobs,
 }
 
 impl Client {
@@ -60,6 +62,7 @@ impl fmt::Display for Client {
         match self {
             Self::Address(address) => address.fmt(out),
             Self::Key(name) => write!(out, "key {name}"),
+            Self::Jobs => out.write_str("jobs"),
         }
     }
 }

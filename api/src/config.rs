@@ -7,12 +7,14 @@ use std::path::{Path, PathBuf};
 use serde::{Deserialize, Serialize};
 
 mod access;
+mod jobs;
 mod limits;
 mod listen;
 mod optional;
 mod server;
 
 pub use access::{Access, Key, Right};
+pub use jobs::Jobs;
 pub use limits::{Cache, Limits, Log, LogFormat, Queue, Render};
 pub use listen::{Listen, ListenError};
 pub use server::Server;
@@ -37,6 +39,8 @@ pub struct Config {
     pub cache: Cache,
     /// The graphics device.
     pub render: Render,
+    /// Periodic generation.
+    pub jobs: Jobs,
     /// Who may do what.
     pub access: Access,
     /// The log.
@@ -133,7 +137,7 @@ impl Config {
     /// Every number with the range in which it works: beyond, times overflow the clock, and memory, handles or threads do not
     /// suffice on any machine.
     fn ranges(&self) -> Vec<(&'static str, u64, RangeInclusive<u64>)> {
-        let Self { server, limits, queue, cache, .. } = self;
+        let Self { server, limits, queue, cache, jobs, .. } = self;
         let seconds = |key, value: u64, least| (key, value, least..=DAY_S);
         let bytes = |key, value: u64, least| (key, value, least..=MOST_BYTES);
         let count = |key, value: usize, most| (key, value as u64, 1..=most);
@@ -158,6 +162,11 @@ impl Config {
             bytes("limits.upload_memory_bytes", limits.upload_memory_bytes, 1),
             bytes("limits.reply_memory_bytes", limits.reply_memory_bytes, 1),
             ("limits.streams", limits.streams as u64, 0..=100_000),
+            ("jobs.count", jobs.count as u64, 0..=1000),
+            count("jobs.textures", jobs.textures, 64),
+            count("jobs.keep", jobs.keep, 100_000),
+            seconds("jobs.ahead_s", jobs.ahead_s, 0),
+            bytes("jobs.store_bytes", jobs.store_bytes, 0),
             count("queue.depth", queue.depth, 100_000),
             seconds("queue.timeout_s", queue.timeout_s, 1),
             bytes("cache.memory_bytes", cache.memory_bytes, 0),

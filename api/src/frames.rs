@@ -4,7 +4,6 @@
 //! from the query or are fixed, so every replica tells the same frame at the same moment, and equal streams get equal
 //! links, which caches in between can answer from one render.
 
-mod clock;
 mod query;
 
 use std::convert::Infallible;
@@ -20,6 +19,7 @@ use serde_json::{Value, json};
 use tokio::sync::OwnedSemaphorePermit;
 
 use crate::app::App;
+use crate::clock;
 use crate::problem::ApiError;
 use crate::version;
 use query::Wanted;

@@ -83,6 +83,11 @@ impl ImageStore {
         Ok(Stored { sha256, width, height, is_new })
     }
 
+    /// Names and bytes of what is kept, in no order.
+    pub fn names(&self) -> Vec<(String, u64)> {
+        self.shelf.names()
+    }
+
     /// The references to images that are not stored whole, as errors of the scene.
     pub fn missing(&self, references: &[ImageReference]) -> Result<Vec<FieldProblem>, ApiError> {
         let mut whole = HashSet::new();

@@ -8,6 +8,7 @@ use std::time::Duration;
 
 use crate::app::App;
 use crate::connections::Cut;
+use crate::jobs::Counts;
 use crate::render_queue::State;
 
 /// Upper bounds of the times of requests that are counted, s.
@@ -47,7 +48,7 @@ fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
 
 /// Methods that are told apart; anybody may send any other word.
 fn method_name(method: &str) -> &'static str {
-    ["GET", "HEAD", "POST", "DELETE"].into_iter().find(|known| *known == method).unwrap_or("other")
+    ["GET", "HEAD", "POST", "PATCH", "DELETE"].into_iter().find(|known| *known == method).unwrap_or("other")
 }
 
 impl Metrics {
@@ -107,6 +108,7 @@ impl Metrics {
         for (what, budget) in [("bodies", &app.uploads), ("replies", &app.deliveries)] {
             page.line("skyloom_memory_bytes", &[("what", what)], budget.used() as f64);
         }
+        page.jobs(app);
         page.single("skyloom_connections", "gauge", "Connections that are open.", app.connections.count_open() as f64);
         page.family("skyloom_connections_cut_total", "counter", "Connections that were cut, by reason.");
         for (why, name) in Cut::ALL {
@@ -142,6 +144,32 @@ impl Page {
     fn single(&mut self, name: &str, kind: &str, help: &str, value: f64) {
         self.family(name, kind, help);
         self.line(name, &[], value);
+    }
+
+    fn jobs(&mut self, app: &App) {
+        let jobs = app.jobs.all();
+        self.family("skyloom_jobs", "gauge", "Jobs, by state.");
+        for state in ["running", "failing", "paused"] {
+            self.line(
+                "skyloom_jobs",
+                &[("state", state)],
+                jobs.iter().filter(|job| job.state() == state).count() as f64,
+            );
+        }
+        self.line("skyloom_jobs", &[("state", "damaged")], app.jobs.lost().len() as f64);
+        self.family("skyloom_job_frames_total", "counter", "Frames of jobs: made, missed when due, failed.");
+        let now = app.clock.now_ms();
+        for job in &jobs {
+            let Counts { made, missed, failed } = job.counts();
+            for (result, count) in [("made", made), ("missed", missed), ("failed", failed)] {
+                self.line("skyloom_job_frames_total", &[("job", &job.spec.name), ("result", result)], count as f64);
+            }
+        }
+        self.family("skyloom_job_latest_seconds", "gauge", "For how long the newest frame of a job has been due.");
+        for (job, at) in jobs.iter().filter_map(|job| Some((job, job.frames.latest(now)?))) {
+            self.line("skyloom_job_latest_seconds", &[("job", &job.spec.name)], (now - at) as f64 / 1e3);
+        }
+        self.single("skyloom_job_bytes", "gauge", "Frames of jobs in the store.", app.jobs.bytes() as f64);
     }
 
     fn times<'a, N: AsRef<str> + 'a>(

@@ -3,6 +3,8 @@
 //! Handlers return [`ApiError`]. Its response carries a [`Problem`] as an extension; the outermost middleware adds the
 //! request's name and writes the document, and turns every other plain error (no route, wrong method) into one too.
 
+use std::fmt;
+
 use axum::body::Body;
 use axum::http::{HeaderValue, StatusCode, header};
 use axum::response::{IntoResponse, Response};
@@ -116,11 +118,13 @@ kinds! {
         "The body is not well-formed JSON in UTF-8, the image file is broken, or what was compressed is not whole. The detail \
          says where reading stopped.";
     NO_ROUTE = "no-such-route", NOT_FOUND, "No such address",
-        "The routes are /v1/skies, /v1/images, /v1/presets, /v1/limits, /metrics, /health/live, /health/ready and the viewer at /.";
+        "The routes are /v1/skies, /v1/images, /v1/jobs, /v1/presets, /v1/limits, /metrics, /health/live, /health/ready and the viewer at /.";
     NO_SKY = "unknown-sky", NOT_FOUND, "No such sky",
         "Skies are registered with POST /v1/skies, which answers with their id and links. One that was deleted, or that the disk damaged, can be registered again.";
     NO_TEXTURE = "unknown-texture", NOT_FOUND, "No such texture",
         "A texture's address is /v1/skies/{id}/{texture}.{format}; the links of GET /v1/skies/{id} list them.";
+    NO_JOB = "unknown-job", NOT_FOUND, "No such job or frame",
+        "GET /v1/jobs lists the jobs, and /v1/jobs/{id}/manifest.json the frames of one. A job that the disk damaged can be sent again; its frames stay.";
     NO_KEY = "no-key", UNAUTHORIZED, "A key is needed",
         "Send the header Authorization: Bearer KEY with a key of this server's settings (access.keys).";
     FORBIDDEN = "forbidden", FORBIDDEN, "Not allowed", "The detail says what is missing: a right of the key, or a name in access.hosts or access.origins.";
@@ -137,6 +141,9 @@ kinds! {
         "Each entry of `errors` names the scene's field and the SHA-256 of its image. Upload the same file again with POST /v1/images; the sky and its addresses stay.";
     INVALID_QUERY = "invalid-query", UNPROCESSABLE_ENTITY, "The query is not valid",
         "Each entry of `errors` names a query parameter and says what is allowed. Unknown and repeated parameters are refused.";
+    INVALID_JOB = "invalid-job", UNPROCESSABLE_ENTITY, "The job is not valid",
+        "Each entry of `errors` names a field by JSON pointer and says what is allowed. Nothing was changed.";
+    CONFLICT = "conflict", CONFLICT, "Something else is there", "The detail says what: delete it first, or choose another name.";
     INTERNAL = "internal", INTERNAL_SERVER_ERROR, "Internal error",
         "A defect of the server. Its log has the cause under the request's name, which is the problem's `instance`.";
     NOT_READY = "not-ready", SERVICE_UNAVAILABLE, "Not ready to render",
@@ -187,6 +194,12 @@ pub enum ApiError {
     LostImages(Vec<FieldProblem>),
     /// Query with wrong parameters.
     InvalidQuery(Vec<FieldProblem>),
+    /// Job or frame that is not there; why.
+    NoJob(String),
+    /// Job with wrong fields.
+    InvalidJob(Vec<FieldProblem>),
+    /// What is there stands against it; how.
+    Conflict(String),
     /// Defect of the server; the text goes to the log only.
     Internal(String),
     /// No graphics device; the reason.
@@ -221,6 +234,9 @@ impl ApiError {
             Self::InvalidScene(_) => &INVALID_SCENE,
             Self::LostImages(_) => &LOST_IMAGE,
             Self::InvalidQuery(_) => &INVALID_QUERY,
+            Self::NoJob(_) => &NO_JOB,
+            Self::InvalidJob(_) => &INVALID_JOB,
+            Self::Conflict(_) => &CONFLICT,
             Self::Internal(_) => &INTERNAL,
             Self::NotReady(_) => &NOT_READY,
             Self::Busy(_) => &BUSY,
@@ -251,14 +267,17 @@ impl ApiError {
             (detail, errors)
         };
         let detail = match self {
-            Self::InvalidScene(errors) | Self::LostImages(errors) | Self::InvalidQuery(errors) => {
-                return listed(errors);
-            }
+            Self::InvalidScene(errors)
+            | Self::LostImages(errors)
+            | Self::InvalidQuery(errors)
+            | Self::InvalidJob(errors) => return listed(errors),
             Self::Unreadable(detail)
             | Self::UnknownTexture(detail)
             | Self::TooLarge(detail)
             | Self::MediaType(detail)
             | Self::LostSky(detail)
+            | Self::NoJob(detail)
+            | Self::Conflict(detail)
             | Self::ContentCoding(detail)
             | Self::NotReady(detail)
             | Self::StoreFull(detail)
@@ -304,6 +323,13 @@ impl From<RequestError> for ApiError {
             RequestError::Invalid(errors) => Self::InvalidQuery(field_problems(errors)),
             unknown => Self::UnknownTexture(unknown.to_string()),
         }
+    }
+}
+
+impl fmt::Display for ApiError {
+    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let (detail, _) = self.clone().detail_and_errors();
+        write!(out, "{}: {detail}", self.kind().title)
     }
 }
 

@@ -22,19 +22,19 @@ use crate::images::MEDIA_TYPES;
 use crate::problem::{ApiError, KINDS, field_problems};
 use crate::render_queue::State as RenderState;
 
-use crate::{ambient, body, frames, presets, sun, textures, version, viewer};
+use crate::{ambient, body, frames, jobs, listing, presets, sun, textures, version, viewer};
 
 /// All routes over the shared state.
 pub fn router(app: Arc<App>) -> Router {
     Router::new()
-        .route("/v1/skies", post(register_sky))
+        .route("/v1/skies", post(register_sky).get(listing::skies))
         .route("/v1/skies/{id}", get(show_sky).delete(remove_sky))
         .route("/v1/skies/{id}/plan", get(textures::plan))
         .route("/v1/skies/{id}/sun.json", get(sun::get))
         .route("/v1/skies/{id}/ambient.json", get(ambient::get))
         .route("/v1/skies/{id}/frames", get(frames::get))
         .route("/v1/skies/{id}/{file}", get(textures::get))
-        .route("/v1/images", post(store_image))
+        .route("/v1/images", post(store_image).get(listing::images))
         .route("/v1/presets", get(list_presets))
         .route("/v1/limits", get(show_limits))
         .route("/metrics", get(metrics))
@@ -42,6 +42,7 @@ pub fn router(app: Arc<App>) -> Router {
         .route("/health/live", get(live))
         .route("/health/ready", get(ready))
         .route("/problems/{slug}", get(explain))
+        .merge(jobs::routes())
         .merge(viewer::routes())
         .layer(DefaultBodyLimit::disable())
         .layer(CatchPanicLayer::new())
@@ -180,10 +181,12 @@ async fn list_presets() -> Result<Response, ApiError> {
 }
 
 async fn show_limits(State(app): State<Arc<App>>) -> Response {
-    let Config { limits, queue, cache, server, .. } = &app.config;
+    let Config { limits, queue, cache, server, jobs, .. } = &app.config;
     let times = json!({ "header_timeout_s": server.header_timeout_s, "body_timeout_s": server.body_timeout_s });
+    let jobs = json!({ "count": jobs.count, "textures": jobs.textures, "keep": jobs.keep, "ahead_s": jobs.ahead_s,
+        "store_bytes": jobs.store_bytes });
     let answer = json!({
-        "version": *skyloom::VERSION, "limits": limits, "queue": queue, "cache": cache, "server": times,
+        "version": *skyloom::VERSION, "limits": limits, "queue": queue, "cache": cache, "server": times, "jobs": jobs,
     });
     ([(header::CACHE_CONTROL, "no-cache")], Json(answer)).into_response()
 }

@@ -13,6 +13,7 @@ use tokio::net::{TcpListener, TcpSocket};
 use crate::accept::Door;
 use crate::app::{App, OpenError};
 use crate::config::{Config, Listen};
+use crate::jobs::Jobs;
 use crate::render_queue::core_factory;
 use crate::routes;
 
@@ -74,6 +75,7 @@ async fn run(config: Config) -> Result<(), ServeError> {
     let data = config.server.data.clone();
     let app = App::open(config, factory).map_err(|error| ServeError::Open(data.clone(), error))?;
     let app = Arc::new(app);
+    Jobs::start(&app);
     let admin_address = admin.as_ref().map(|(_, address)| *address);
     announce(address, admin_address).map_err(ServeError::Stdout)?;
     tracing::info!(%address, data = %data.display(), version = %*skyloom::VERSION, "listening");

@@ -108,6 +108,11 @@ impl Shelf {
         Ok(!is_there)
     }
 
+    /// Names of the blobs that are counted, with their lengths, in no order.
+    pub fn names(&self) -> Vec<(String, u64)> {
+        self.lock().iter().map(|(name, length)| (name.clone(), *length)).collect()
+    }
+
     /// Removes a blob; false when there was none.
     pub fn remove(&self, name: &str) -> Result<bool, StoreError> {
         let mut sizes = self.lock();

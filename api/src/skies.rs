@@ -78,6 +78,11 @@ impl SkyStore {
         Ok(is_new)
     }
 
+    /// Names and bytes of what is kept, in no order.
+    pub fn names(&self) -> Vec<(String, u64)> {
+        self.shelf.names()
+    }
+
     /// Forgets a scene, a damaged one too.
     pub fn remove(&self, id: &str) -> Result<(), ApiError> {
         if !self.shelf.is_name(id) {

@@ -308,7 +308,7 @@ fn entity_tag(id: &str, request: &Request, adapter: &Adapter) -> String {
 }
 
 /// Whether `If-None-Match` names the tag. The comparison is the weak one (RFC 9110, 13.1.2).
-fn not_modified(headers: &HeaderMap, tag: &str) -> bool {
+pub fn not_modified(headers: &HeaderMap, tag: &str) -> bool {
     headers.get_all(header::IF_NONE_MATCH).iter().filter_map(|value| value.to_str().ok()).any(|list| {
         list.split(',').map(str::trim).any(|entry| {
             let entry = entry.strip_prefix("W/").unwrap_or(entry);
@@ -317,7 +317,8 @@ fn not_modified(headers: &HeaderMap, tag: &str) -> bool {
     })
 }
 
-fn tag_value(tag: &str) -> Result<HeaderValue, ApiError> {
+/// A tag as a header has it.
+pub fn tag_value(tag: &str) -> Result<HeaderValue, ApiError> {
     value(&format!("\"{tag}\""))
 }
 

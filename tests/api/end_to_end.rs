@@ -11,6 +11,7 @@ mod damage;
 mod frames;
 mod harness;
 mod images;
+mod jobs;
 mod lifecycle;
 mod observed;
 mod sun;

@@ -157,6 +157,11 @@ enum NoImage {
 /// Reads a scene and the images that it names by path, which have to hold what the scene takes them for.
 pub(super) fn read_scene(path: &Path, unknown: Unknown) -> Result<(Scene, Images), Fault> {
     let text = read(path).map_err(|error| Fault::Usage(format!("{}: {error}", path.display())))?;
+    read_scene_text(&text, path, unknown)
+}
+
+/// The same of the text of a scene, whose images lie beside `path`.
+pub(super) fn read_scene_text(text: &[u8], path: &Path, unknown: Unknown) -> Result<(Scene, Images), Fault> {
     let folder = path.parent().unwrap_or(Path::new(""));
     let limits = Limits::default();
     let mut images = Images::new();
@@ -175,7 +180,7 @@ pub(super) fn read_scene(path: &Path, unknown: Unknown) -> Result<(Scene, Images
         images.insert(sha256.clone(), Arc::new(image));
         Ok(sha256)
     };
-    let scene = Scene::with_image_names(&text, &mut resolve).map_err(|error| Fault::scene(path, &error))?;
+    let scene = Scene::with_image_names(text, &mut resolve).map_err(|error| Fault::scene(path, &error))?;
     let mut found = scene.check_images(&images);
     if unknown == Unknown::Kept {
         let absent: Vec<_> =

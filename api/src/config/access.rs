@@ -36,6 +36,8 @@ pub enum Right {
     Read,
     /// Skies and images are registered.
     Register,
+    /// Jobs are given, changed and deleted.
+    Jobs,
     /// Skies are deleted, and metrics read.
     Admin,
 }
@@ -46,6 +48,7 @@ impl Right {
         match self {
             Self::Read => "read",
             Self::Register => "register",
+            Self::Jobs => "jobs",
             Self::Admin => "admin",
         }
     }

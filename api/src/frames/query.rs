@@ -3,7 +3,7 @@
 use skyloom::request::{QUERY_PARAMETERS, Request, RequestError};
 use skyloom::scene::Scene;
 
-use super::clock;
+use crate::clock;
 use crate::config::Limits;
 use crate::problem::{FieldProblem, field_problems};
 use crate::textures;
@@ -18,8 +18,6 @@ const DEFAULT_EVERY_MS: i64 = 5000;
 const MAX_TEXTURES: usize = 16;
 /// Most events that `count` may ask for.
 const MAX_COUNT: u32 = 1_000_000;
-/// The scenes' start unless another is asked for: 2026-01-01T00:00:00Z. A fixed moment, so that no sky jumps at midnight.
-const DEFAULT_START_MS: i64 = 1_767_225_600_000;
 /// How far ahead of this machine's clock a start may lie: clocks differ, and a show may be announced.
 const AHEAD_MS: i64 = 3_600_000;
 /// Longest time since a scene's start.
@@ -103,7 +101,7 @@ pub(super) fn read(
     let every_ms = take("every", "0.1 to 3600 seconds, in whole milliseconds", &every, DEFAULT_EVERY_MS);
     let start_allowed = "RFC 3339 (2026-01-01T00:00:00Z; a + in a query is written %2B) or seconds since 1970, from 10^9 s \
                          before now to 1 hour ahead";
-    let start_ms = take("start", start_allowed, &|text| start(text, now_ms), DEFAULT_START_MS);
+    let start_ms = take("start", start_allowed, &|text| start(text, now_ms), clock::DEFAULT_START_MS);
     let count = take("count", &format!("1 to {MAX_COUNT}"), &count, 0);
     let files = files(own("textures").unwrap_or("cloud.exr"), &mut errors);
     let textures = checked(&files, &passed_on, scene, limits, &mut errors);

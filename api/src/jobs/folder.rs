@@ -1,0 +1,347 @@
+//! The frames of a job in the store.
+//!
+//! A frame is its files `{stamp}-{name}.{format}` and, written after all of them, `{stamp}.json` with their hashes: without it
+//! there is no frame, so a crash leaves a frame or none. `manifest.json` and `latest.json` follow from these and are written
+//! again when the folder is opened.
+
+use std::collections::{BTreeMap, HashSet};
+use std::fmt;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+
+use axum::body::Bytes;
+use serde::{Deserialize, Serialize};
+use serde_json::{Value, json};
+use skyloom::image::sha256_hex;
+use skyloom::store::{Store, StoreError};
+
+use crate::clock;
+
+/// A file of a frame.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+struct File {
+    /// Hash of its bytes.
+    sha256: String,
+    /// How many there are.
+    bytes: u64,
+}
+
+/// A frame that is there.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+struct Frame {
+    /// The scene's time, s.
+    time: f64,
+    /// What it was made by: [`super::spec::Spec::definition`].
+    definition: String,
+    /// The renderer's version.
+    version: String,
+    /// Its files by `{name}.{format}`.
+    files: BTreeMap<String, File>,
+}
+
+/// The frames by the moment at which they are due.
+type Frames = BTreeMap<i64, Frame>;
+
+/// A job's folder.
+#[derive(Debug)]
+pub struct FrameFolder {
+    store: Arc<dyn Store>,
+    folder: String,
+    job: String,
+    frames: Mutex<Frames>,
+    /// Orders writers; true when nothing more is to be written.
+    is_closed: Mutex<bool>,
+    /// What was written last as `manifest.json` and `latest.json`.
+    published: Mutex<[String; 2]>,
+}
+
+/// What came of reading a file.
+pub enum Found {
+    /// The file, and its hash.
+    Whole(Bytes, String),
+    /// There is no such frame, or no such file of it.
+    Unknown,
+    /// It was there and is damaged or gone; the frame is forgotten.
+    Lost,
+}
+
+impl fmt::Debug for Found {
+    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+        out.write_str(match self {
+            Self::Whole(..) => "Whole",
+            Self::Unknown => "Unknown",
+            Self::Lost => "Lost",
+        })
+    }
+}
+
+fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// A file's name in the folder.
+fn name_of(at_ms: i64, file: &str) -> String {
+    format!("{}-{file}", clock::stamp(at_ms))
+}
+
+/// The moment in a file's name, if it is one of ours.
+fn moment(name: &str) -> Option<i64> {
+    let stamp = name.strip_suffix(".json").filter(|stem| !stem.contains('-')).or_else(|| Some(name.split_once('-')?.0));
+    clock::from_stamp(stamp?)
+}
+
+impl FrameFolder {
+    /// Looks what is there of a definition. What crashes left of frames, and frames of other definitions, are removed.
+    pub fn open(store: Arc<dyn Store>, folder: String, job: &str, definition: &str) -> Result<Self, StoreError> {
+        let (frames, is_closed, published) = (Mutex::default(), Mutex::default(), Mutex::default());
+        let own = Self { store, folder, job: job.to_owned(), frames, is_closed, published };
+        let names: HashSet<String> = own.store.list(&own.folder)?.into_iter().map(|entry| entry.name).collect();
+        let moments: HashSet<i64> = names.iter().filter_map(|name| moment(name)).collect();
+        let mut frames = Frames::new();
+        for at in moments {
+            let record = format!("{}.json", clock::stamp(at));
+            let text = if names.contains(&record) { own.store.get(&own.key(&record))? } else { None };
+            let frame = text.as_deref().map(serde_json::from_slice::<Frame>);
+            if matches!(frame, Some(Err(_))) {
+                tracing::warn!(job, record, "the record of a frame is damaged, and the frame is dropped");
+            }
+            let frame = frame.and_then(Result::ok).filter(|frame| frame.definition == definition);
+            let is_there = |frame: &Frame| frame.files.keys().all(|file| names.contains(&name_of(at, file)));
+            if let Some(frame) = frame.filter(is_there) {
+                frames.insert(at, frame);
+            }
+        }
+        let stray = |name: &&String| {
+            moment(name).is_some_and(|at| {
+                frames.get(&at).is_none_or(|frame| {
+                    **name != format!("{}.json", clock::stamp(at))
+                        && frame.files.keys().all(|file| name_of(at, file) != **name)
+                })
+            })
+        };
+        for name in names.iter().filter(stray) {
+            own.store.delete(&own.key(name))?;
+        }
+        *lock(&own.frames) = frames;
+        Ok(own)
+    }
+
+    fn key(&self, name: &str) -> String {
+        format!("{}/{name}", self.folder)
+    }
+
+    /// Whether a frame is there.
+    pub fn has(&self, at_ms: i64) -> bool {
+        lock(&self.frames).contains_key(&at_ms)
+    }
+
+    /// Frames that are there, and bytes of their files.
+    pub fn total(&self) -> (usize, u64) {
+        let frames = lock(&self.frames);
+        (frames.len(), frames.values().flat_map(|frame| frame.files.values()).map(|file| file.bytes).sum())
+    }
+
+    /// The newest frame that is due.
+    pub fn latest(&self, now_ms: i64) -> Option<i64> {
+        lock(&self.frames).range(..=now_ms).next_back().map(|(at, _)| *at)
+    }
+
+    /// Keeps a frame: its files first, then its record.
+    pub fn keep(&self, at_ms: i64, time: f64, definition: &str, files: &[(String, Bytes)]) -> Result<(), StoreError> {
+        let is_closed = lock(&self.is_closed);
+        if *is_closed {
+            return Ok(());
+        }
+        let mut hashes = BTreeMap::new();
+        for (file, bytes) in files {
+            self.store.put(&self.key(&name_of(at_ms, file)), bytes)?;
+            hashes.insert(file.clone(), File { sha256: sha256_hex(bytes), bytes: bytes.len() as u64 });
+        }
+        let frame = Frame { time, definition: definition.to_owned(), version: skyloom::VERSION.clone(), files: hashes };
+        let record = serde_json::to_string(&frame).unwrap_or_default();
+        self.store.put(&self.key(&format!("{}.json", clock::stamp(at_ms))), record.as_bytes())?;
+        lock(&self.frames).insert(at_ms, frame);
+        Ok(())
+    }
+
+    /// Drops a frame: its record first, so that what is left of it after a crash is none.
+    pub fn drop_frame(&self, at_ms: i64) -> Result<(), StoreError> {
+        let Some(frame) = lock(&self.frames).remove(&at_ms) else { return Ok(()) };
+        self.store.delete(&self.key(&format!("{}.json", clock::stamp(at_ms))))?;
+        for file in frame.files.keys() {
+            self.store.delete(&self.key(&name_of(at_ms, file)))?;
+        }
+        Ok(())
+    }
+
+    /// Drops all but the newest frames that are due, and those that are not due yet.
+    pub fn trim(&self, keep: usize, now_ms: i64) -> Result<(), StoreError> {
+        let old: Vec<i64> = lock(&self.frames).range(..=now_ms).rev().skip(keep).map(|(at, _)| *at).collect();
+        old.into_iter().try_for_each(|at| self.drop_frame(at))
+    }
+
+    /// Waits until what is being written is, and writes nothing more: another one has the folder, or nobody.
+    pub fn close(&self) {
+        *lock(&self.is_closed) = true;
+    }
+
+    /// Closes, and drops everything, the folder's own documents too.
+    pub fn clear(&self) -> Result<(), StoreError> {
+        self.close();
+        for name in ["latest.json", "manifest.json"] {
+            self.store.delete(&self.key(name))?;
+        }
+        let all: Vec<i64> = lock(&self.frames).keys().copied().collect();
+        all.into_iter().try_for_each(|at| self.drop_frame(at))
+    }
+
+    /// A file of a frame, if it is whole.
+    pub fn read(&self, at_ms: i64, file: &str) -> Result<Found, StoreError> {
+        let known = lock(&self.frames).get(&at_ms).and_then(|frame| frame.files.get(file).cloned());
+        let Some(known) = known else { return Ok(Found::Unknown) };
+        let bytes = self.store.get(&self.key(&name_of(at_ms, file)))?;
+        match bytes.filter(|bytes| sha256_hex(bytes) == known.sha256) {
+            Some(bytes) => Ok(Found::Whole(bytes.into(), known.sha256)),
+            // It may have been dropped meanwhile for its age.
+            None if !self.has(at_ms) => Ok(Found::Unknown),
+            None => {
+                tracing::warn!(job = self.job, file = name_of(at_ms, file), "a file of a frame is damaged or gone");
+                self.drop_frame(at_ms)?;
+                Ok(Found::Lost)
+            }
+        }
+    }
+
+    /// Whether a frame is there, made by this version, and each of its files whole.
+    pub fn is_whole(&self, at_ms: i64) -> Result<bool, StoreError> {
+        let frame = lock(&self.frames).get(&at_ms).cloned();
+        let Some(frame) = frame.filter(|frame| frame.version == *skyloom::VERSION) else { return Ok(false) };
+        for file in frame.files.keys() {
+            if !matches!(self.read(at_ms, file)?, Found::Whole(..)) {
+                return Ok(false);
+            }
+        }
+        Ok(true)
+    }
+
+    /// All frames by time, those that are not due yet among them.
+    pub fn manifest(&self) -> String {
+        let frames: Vec<Value> = lock(&self.frames).iter().map(|(at, frame)| describe(*at, frame)).collect();
+        format!("{:#}\n", json!({ "job": self.job, "frames": frames }))
+    }
+
+    /// The newest frame that is due; `None` where there is none.
+    pub fn latest_document(&self, now_ms: i64) -> Option<String> {
+        let frames = lock(&self.frames);
+        let (at, frame) = frames.range(..=now_ms).next_back()?;
+        let mut told = describe(*at, frame);
+        told["job"] = json!(self.job);
+        Some(format!("{told:#}\n"))
+    }
+
+    /// Writes `manifest.json` and `latest.json` where they are not what they should be.
+    pub fn publish(&self, now_ms: i64) -> Result<(), StoreError> {
+        let is_closed = lock(&self.is_closed);
+        if *is_closed {
+            return Ok(());
+        }
+        let documents = [self.manifest(), self.latest_document(now_ms).unwrap_or_default()];
+        let mut published = lock(&self.published);
+        for ((name, document), last) in
+            ["manifest.json", "latest.json"].into_iter().zip(documents).zip(published.iter_mut())
+        {
+            if *last != document {
+                match document.is_empty() {
+                    true => self.store.delete(&self.key(name)).map(|_| ())?,
+                    false => self.store.put(&self.key(name), document.as_bytes())?,
+                }
+                *last = document;
+            }
+        }
+        Ok(())
+    }
+}
+
+fn describe(at_ms: i64, frame: &Frame) -> Value {
+    let stamp = clock::stamp(at_ms);
+    let file = |(name, file): (&String, &File)| {
+        let told = json!({
+            "href": format!("frames/{stamp}/{name}"), "file": name_of(at_ms, name), "sha256": file.sha256, "bytes": file.bytes,
+        });
+        (name.clone(), told)
+    };
+    let textures: serde_json::Map<_, _> = frame.files.iter().map(file).collect();
+    json!({ "at": clock::rfc3339(at_ms), "time": frame.time, "textures": textures })
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used, reason = "a test stops where it fails")]
+mod tests {
+    use skyloom::store::Folder;
+
+    use super::*;
+
+    const AT: i64 = clock::DEFAULT_START_MS;
+
+    fn open(path: &std::path::Path, definition: &str) -> FrameFolder {
+        FrameFolder::open(Arc::new(Folder::new(path)), "jobs/roof".to_owned(), "roof", definition).unwrap()
+    }
+
+    fn fill(folder: &FrameFolder) {
+        for number in 0..4 {
+            let bytes = Bytes::from(vec![u8::try_from(number).unwrap(); 9]);
+            let files = [("cloud.exr".to_owned(), bytes.clone()), ("sky.png".to_owned(), bytes)];
+            folder.keep(AT + number * 1000, number as f64, "d", &files).unwrap();
+        }
+    }
+
+    #[test]
+    fn every_file_that_is_damaged_or_gone_is_noticed_and_its_frame_alone_is_dropped() {
+        for name in ["20260101t000001z.json", "20260101t000001z-cloud.exr", "20260101t000001z-sky.png"] {
+            for gone in [false, true] {
+                let data = tempfile::tempdir().unwrap();
+                fill(&open(data.path(), "d"));
+                let path = data.path().join("jobs/roof").join(name);
+                if gone {
+                    std::fs::remove_file(&path).unwrap();
+                } else {
+                    std::fs::write(&path, b"{\"time\": 1").unwrap();
+                }
+                let folder = open(data.path(), "d");
+                assert!(!folder.is_whole(AT + 1000).unwrap() && !folder.has(AT + 1000), "{name} {gone}");
+                assert!([0, 2, 3].iter().all(|number| folder.is_whole(AT + number * 1000).unwrap()), "{name} {gone}");
+                let left = std::fs::read_dir(data.path().join("jobs/roof")).unwrap();
+                assert_eq!(left.count(), 9, "nothing of it is left");
+            }
+        }
+    }
+
+    #[test]
+    fn what_is_of_another_definition_goes_and_what_is_not_ours_stays() {
+        let data = tempfile::tempdir().unwrap();
+        fill(&open(data.path(), "d"));
+        let own = data.path().join("jobs/roof/notes.txt");
+        std::fs::write(&own, b"kept").unwrap();
+        let folder = open(data.path(), "other");
+        assert_eq!(folder.total(), (0, 0));
+        assert_eq!(std::fs::read_dir(data.path().join("jobs/roof")).unwrap().count(), 1);
+        assert!(own.is_file());
+    }
+
+    #[test]
+    fn documents_follow_the_clock_and_old_frames_go() {
+        let data = tempfile::tempdir().unwrap();
+        let folder = open(data.path(), "d");
+        fill(&folder);
+        let read = |name: &str| std::fs::read_to_string(data.path().join("jobs/roof").join(name)).ok();
+        folder.publish(AT - 1).unwrap();
+        assert_eq!(read("latest.json"), None, "nothing is due");
+        folder.trim(1, AT + 1500).unwrap();
+        folder.publish(AT + 1500).unwrap();
+        let latest: Value = serde_json::from_str(&read("latest.json").unwrap()).unwrap();
+        assert_eq!((&latest["at"], &latest["time"]), (&json!("2026-01-01T00:00:01Z"), &json!(1.0)));
+        let manifest: Value = serde_json::from_str(&read("manifest.json").unwrap()).unwrap();
+        let times: Vec<_> = manifest["frames"].as_array().unwrap().iter().map(|frame| frame["time"].clone()).collect();
+        assert_eq!(times, [1.0, 2.0, 3.0], "one that was due, and those to come");
+        assert!(folder.total() == (3, 54) && matches!(folder.read(AT, "sky.png").unwrap(), Found::Unknown));
+    }
+}

@@ -1,0 +1,240 @@
+//! Jobs end to end: given, read, killed in the middle, and the same from a script.
+
+use std::fs;
+use std::path::Path;
+use std::process::Command;
+use std::time::Duration;
+
+use serde_json::{Value, json};
+
+use crate::harness::{Server, eventually, program, scene};
+
+fn job(change: &Value) -> Value {
+    let mut job = json!({
+        "name": "roof", "every": 0.2, "scene": scene(),
+        "textures": [{ "texture": "shadow", "format": "f32", "query": { "size": 4 } }],
+    });
+    for (name, value) in change.as_object().unwrap() {
+        job[name] = value.clone();
+    }
+    job
+}
+
+fn post(server: &Server, job: &Value) -> crate::harness::Answer {
+    server.ask("POST", "/v1/jobs", &[("content-type", "application/json")], job.to_string().as_bytes())
+}
+
+/// Hash of a file's bytes as `sha256sum` prints it.
+fn sha256(path: &Path) -> String {
+    let told = Command::new("sha256sum").arg(path).output().unwrap();
+    String::from_utf8(told.stdout).unwrap().split_whitespace().next().unwrap_or_default().to_owned()
+}
+
+/// Everything in a job's folder is whole: both documents, and every file that they name, unless it was dropped meanwhile for its age.
+fn is_whole(folder: &Path) -> usize {
+    let read = |name: &str| -> Value { serde_json::from_slice(&fs::read(folder.join(name)).unwrap()).unwrap() };
+    let (latest, manifest) = (read("latest.json"), read("manifest.json"));
+    let frames = manifest["frames"].as_array().unwrap();
+    for frame in frames.iter().chain([&latest]) {
+        for file in frame["textures"].as_object().unwrap().values() {
+            let path = folder.join(file["file"].as_str().unwrap());
+            if path.is_file() {
+                assert_eq!(sha256(&path), file["sha256"].as_str().unwrap(), "{}", path.display());
+            }
+        }
+    }
+    frames.len()
+}
+
+#[test]
+fn a_job_is_one_call_and_its_frames_are_read_with_strong_tags() {
+    let data = tempfile::tempdir().unwrap();
+    let server = Server::start(data.path(), &[], &[]);
+    server.is_ready();
+    let sky = server.sky(&scene());
+    let mut by_id = job(&json!({ "ahead_s": 1, "keep": 5 }));
+    by_id["sky"] = json!(sky.rsplit_once('/').unwrap().1);
+    by_id.as_object_mut().unwrap().remove("scene");
+    let given = post(&server, &by_id);
+    assert_eq!((given.status, given.header("location")), (201, "/v1/jobs/roof"), "{}", given.text());
+    assert_eq!(post(&server, &job(&json!({ "ahead_s": 1, "keep": 5 }))).status, 200, "the same by its scene");
+    post(&server, &job(&json!({ "keep": 9 }))).problem(409);
+    // The job has its scene, whatever becomes of the sky.
+    assert_eq!(server.ask("DELETE", &sky, &[], b"").status, 204);
+    let latest = eventually("a frame", || {
+        let latest = server.get("/v1/jobs/roof/latest.json");
+        (latest.status == 200 && server.get("/v1/jobs/roof").json()["frames"]["made"].as_u64() > Some(12))
+            .then_some(latest)
+    });
+    let told = &latest.json()["textures"]["shadow.f32"];
+    assert_eq!(latest.header("cache-control"), "no-cache");
+    let newest = server.get("/v1/jobs/roof/latest.json").json();
+    let path = format!("/v1/jobs/roof/{}", newest["textures"]["shadow.f32"]["href"].as_str().unwrap());
+    let frame = server.get(&path);
+    assert_eq!((frame.status, frame.body.len(), frame.header("content-type")), (200, 64, "application/octet-stream"));
+    let tag = frame.header("etag");
+    assert!(
+        told["sha256"].is_string()
+            && newest["textures"]["shadow.f32"]["sha256"].as_str().unwrap().starts_with(tag.trim_matches('"'))
+    );
+    assert_eq!(server.ask("GET", &path, &[("if-none-match", tag)], b"").status, 304);
+    assert_eq!(server.ask("HEAD", &path, &[], b"").status, 200);
+    for path in
+        ["/v1/jobs/none", "/v1/jobs/roof/frames/20200101t000000z/shadow.f32", "/v1/jobs/roof/frames/now/shadow.f32"]
+    {
+        server.get(path).problem(404);
+    }
+    let rest = server.ask("PATCH", "/v1/jobs/roof", &[], br#"{"paused": true}"#);
+    assert_eq!((rest.status, rest.json()["state"].as_str()), (200, Some("paused")));
+    server.ask("PATCH", "/v1/jobs/roof", &[], br#"{"every": 1}"#).names(422, "/every");
+    assert_eq!(server.metric("skyloom_jobs{state=\"paused\"}"), Some(1.0));
+    assert!(server.metric("skyloom_job_bytes").unwrap() >= 64.0);
+    let list = server.get("/v1/jobs").json();
+    assert_eq!(list["jobs"].as_array().unwrap().len(), 1);
+    assert_eq!(server.ask("DELETE", "/v1/jobs/roof", &[], b"").status, 204);
+    server.get("/v1/jobs/roof").problem(404);
+    assert_eq!(fs::read_dir(data.path().join("jobs/roof")).unwrap().count(), 0);
+}
+
+#[test]
+fn wrong_jobs_are_refused_by_field() {
+    let data = tempfile::tempdir().unwrap();
+    let server = Server::start(data.path(), &[], &[]);
+    for (change, pointer) in [
+        (json!({ "every": "1 fortnight" }), "/every"),
+        (json!({ "cron": "* * * * *" }), "/cron"),
+        (json!({ "sky": "00000000000000000000000000000000" }), "/scene"),
+        (json!({ "scene": { "layers": 3 } }), "/scene/layers"),
+        (
+            json!({ "textures": [{ "texture": "shadow", "format": "f32", "query": { "size": 9999 } }] }),
+            "/textures/0/query/size",
+        ),
+        (json!({ "keep": 1501 }), "/keep"),
+    ] {
+        post(&server, &job(&change)).names(422, pointer);
+    }
+    server.ask("POST", "/v1/jobs", &[("content-type", "text/plain")], b"{}").problem(415);
+    server.ask("POST", "/v1/jobs", &[], b"{").problem(400);
+    assert_eq!(server.get("/v1/jobs").json()["jobs"], json!([]));
+}
+
+#[test]
+fn a_kill_in_the_middle_leaves_nothing_half_written_and_the_job_goes_on() {
+    let data = tempfile::tempdir().unwrap();
+    let folder = data.path().join("jobs/roof");
+    let mut most = 0;
+    for round in 0..8_u64 {
+        let server = Server::start(data.path(), &[], &[]);
+        server.is_ready();
+        if round == 0 {
+            assert_eq!(post(&server, &job(&json!({ "every": 0.1, "keep": 40, "catch_up": 10 }))).status, 201);
+        }
+        eventually("frames", || {
+            let told = server.get("/v1/jobs/roof").json();
+            (told["frames"]["made"].as_u64() > Some(5)).then_some(())
+        });
+        std::thread::sleep(Duration::from_millis(7 + 13 * round));
+        server.kill();
+        most = most.max(is_whole(&folder));
+    }
+    assert!(most >= 15, "{most} frames: those of earlier rounds are kept");
+}
+
+#[test]
+fn a_key_needs_the_right_to_jobs() {
+    let data = tempfile::tempdir().unwrap();
+    let key = |name: &str| {
+        let file = data.path().join(name);
+        fs::write(&file, name).unwrap();
+        sha256(&file)
+    };
+    let settings = format!(
+        "[access]\nanonymous = [\"read\"]\nkeys = [{{ name = \"a\", sha256 = \"{}\", rights = [\"read\", \"register\", \"admin\"] }}, \
+         {{ name = \"b\", sha256 = \"{}\", rights = [\"jobs\"] }}]\n",
+        key("one"),
+        key("two")
+    );
+    let server = Server::with_settings(data.path(), &settings);
+    let body = job(&json!({ "paused": true })).to_string();
+    let ask = |method: &str, path: &str, key: &str| {
+        server.ask(method, path, &[("authorization", &format!("Bearer {key}"))], body.as_bytes()).status
+    };
+    assert_eq!(server.ask("POST", "/v1/jobs", &[], body.as_bytes()).status, 401);
+    assert_eq!((ask("POST", "/v1/jobs", "one"), ask("POST", "/v1/jobs", "two")), (403, 201));
+    assert_eq!((ask("DELETE", "/v1/jobs/roof", "one"), ask("DELETE", "/v1/jobs/roof", "two")), (403, 204));
+    assert_eq!(server.get("/v1/jobs").status, 200);
+}
+
+#[test]
+fn a_script_makes_the_same_frames_and_goes_on_where_it_was_stopped() {
+    let place = tempfile::tempdir().unwrap();
+    fs::write(place.path().join("scene.json"), scene().to_string()).unwrap();
+    let file = place.path().join("roof.toml");
+    let toml = "name = \"roof\"\nscene = \"scene.json\"\nevery = \"1m\"\n[[textures]]\ntexture = \"shadow\"\nformat = \"f32\"\nquery = { size = 4 }\n";
+    fs::write(&file, toml).unwrap();
+    let run = |options: &[&str]| {
+        let mut command = program();
+        command.arg("generate").arg(&file).args(options).arg("-o").arg(place.path().join("out"));
+        command
+    };
+    let span = ["--from", "2026-06-21T00:00:00Z", "--to", "2026-06-22T00:00:00Z"];
+    let folder = place.path().join("out/roof");
+    // Killed when it has begun.
+    let mut child = run(&span).spawn().unwrap();
+    eventually("frames", || (fs::read_dir(&folder).is_ok_and(|there| there.count() > 20)).then_some(()));
+    child.kill().unwrap();
+    child.wait().unwrap();
+    let done = run(&span).output().unwrap();
+    let told = String::from_utf8_lossy(&done.stderr).into_owned();
+    assert!(done.status.success(), "{told}");
+    let count = |word: &str| told.split(word).next().unwrap().rsplit(' ').next().unwrap().parse::<usize>();
+    let (made, there) = (count(" frames made").unwrap(), count(" were there").unwrap());
+    assert!(made + there == 1440 && there >= 9, "{told}");
+    assert_eq!(is_whole(&folder), 1440);
+    // One is damaged, one is gone: these alone are made again, to the same bytes.
+    let (first, second) = (folder.join("20260621t000100z-shadow.f32"), folder.join("20260621t235900z-shadow.f32"));
+    let good = fs::read(&first).unwrap();
+    fs::write(&first, b"bad").unwrap();
+    fs::remove_file(&second).unwrap();
+    let again = run(&span).output().unwrap();
+    assert!(String::from_utf8_lossy(&again.stderr).contains("2 frames made, 1438 were there"));
+    assert_eq!(fs::read(&first).unwrap(), good);
+    for (options, told) in [
+        (&["--from", "noon", "--to", "2026-06-22T00:00:00Z"][..], "--from"),
+        (&["--from", "2026-06-22T00:00:00Z", "--to", "2026-06-21T00:00:00Z"], "later"),
+        (&["--from", "2025-06-21T00:00:00Z", "--to", "2025-06-22T00:00:00Z"], "2026-01-01"),
+        (&["--from", "2026-06-22T00:00:00Z"], "--to"),
+    ] {
+        let done = run(options).output().unwrap();
+        let text = String::from_utf8_lossy(&done.stderr).into_owned();
+        assert!(done.status.code() == Some(2) && text.contains(told), "{options:?}: {text}");
+    }
+}
+
+#[test]
+fn what_is_kept_is_listed_in_pages() {
+    let data = tempfile::tempdir().unwrap();
+    let server = Server::start(data.path(), &[], &[]);
+    let mut ids: Vec<String> = (0..7)
+        .map(|zenith| {
+            let mut scene = scene();
+            scene["sun"]["zenith_deg"] = json!(10 + zenith);
+            server.sky(&scene).trim_start_matches("/v1/skies/").to_owned()
+        })
+        .collect();
+    ids.sort();
+    let (mut next, mut seen) = (Some("/v1/skies?limit=3".to_owned()), Vec::new());
+    while let Some(path) = next {
+        let page = server.get(&path).json();
+        assert_eq!(page["count"], 7);
+        let skies = page["skies"].as_array().unwrap();
+        assert!((1..=3).contains(&skies.len()) && skies.iter().all(|sky| sky["bytes"].as_u64() > Some(100)));
+        seen.extend(skies.iter().map(|sky| sky["id"].as_str().unwrap().to_owned()));
+        next = page["next"].as_str().map(str::to_owned);
+    }
+    assert_eq!(seen, ids);
+    assert_eq!(server.get("/v1/images").json(), json!({ "images": [], "count": 0, "next": null }));
+    for (path, name) in [("limit=0", "limit"), ("limit=1&limit=2", "limit"), ("page=2", "page")] {
+        server.get(&format!("/v1/skies?{path}")).names(422, name);
+    }
+}
