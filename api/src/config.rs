@@ -4,6 +4,7 @@ use std::fmt;
 use std::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
 
+use crate::cors;
 use serde::{Deserialize, Serialize};
 
 mod access;
@@ -56,6 +57,8 @@ pub enum ConfigError {
     Range(&'static str, u64, RangeInclusive<u64>),
     /// A key that cannot be used: its number in the list, and why.
     Key(usize, &'static str),
+    /// An origin that no browser tells so: its number in the list, and itself.
+    Origin(usize, String),
     /// A tolerance that is none.
     Tolerance(f64),
     /// Streams would keep all other requests out.
@@ -81,6 +84,11 @@ impl fmt::Display for ConfigError {
                 write!(out, "{key} = {value}: allowed are {} to {}", allowed.start(), allowed.end())
             }
             Self::Key(number, fault) => write!(out, "access.keys[{number}].{fault}"),
+            Self::Origin(number, value) => write!(
+                out,
+                "access.cors[{number}] = {value:?}: allowed are origins as browsers tell them, such as \"https://example.org\" or \
+                 \"http://localhost:3000\", without a path or a slash at the end, and \"*\""
+            ),
             Self::Tolerance(value) => write!(out, "limits.least_tolerance = {value}: allowed are 0 to 1"),
             Self::Streams { streams, connections } => write!(
                 out,
@@ -115,6 +123,10 @@ impl Config {
             if let Some(fault) = key.fault() {
                 return Err(ConfigError::Key(number, fault));
             }
+        }
+        let mut origins = self.access.cors.iter().enumerate();
+        if let Some((number, origin)) = origins.find(|(_, origin)| !cors::is_sound(origin)) {
+            return Err(ConfigError::Origin(number, origin.clone()));
         }
         for (key, value, allowed) in self.ranges() {
             if !allowed.contains(&value) {
@@ -193,6 +205,16 @@ mod tests {
             let error = file(wrong).unwrap_err().to_string();
             assert!(error.contains(told) && error.contains("localhost:8080"), "{error}");
         }
+    }
+
+    #[test]
+    fn an_origin_that_never_fits_is_refused() {
+        let mut config = Config::default();
+        config.access.cors = vec!["*".to_owned(), "https://tools.example".to_owned()];
+        config.check().unwrap();
+        config.access.cors.push("https://tools.example/".to_owned());
+        let error = config.check().unwrap_err().to_string();
+        assert!(error.contains("access.cors[2]") && error.contains("slash"), "{error}");
     }
 
     #[test]

@@ -12,6 +12,7 @@ pub mod cli;
 pub mod client;
 pub mod config;
 pub mod connections;
+pub mod cors;
 pub mod deliver;
 pub mod fair;
 pub mod files;

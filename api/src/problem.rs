@@ -123,7 +123,7 @@ kinds! {
         "A texture's address is /v1/skies/{id}/{texture}.{format}; the links of GET /v1/skies/{id} list them.";
     NO_KEY = "no-key", UNAUTHORIZED, "A key is needed",
         "Send the header Authorization: Bearer KEY with a key of this server's settings (access.keys).";
-    FORBIDDEN = "forbidden", FORBIDDEN, "Not allowed", "The detail says what is missing: a right of the key, or a name in access.hosts or access.origins.";
+    FORBIDDEN = "forbidden", FORBIDDEN, "Not allowed", "The detail says what is missing: a right of the key, or a name in access.hosts or access.cors.";
     METHOD = "method-not-allowed", METHOD_NOT_ALLOWED, "Method not allowed", "The header Allow lists the methods of this address.";
     SLOW_BODY = "slow-body", REQUEST_TIMEOUT, "The body took too long", "Send the body faster: server.least_rate, server.stall_timeout_s and server.body_timeout_s say how fast.";
     TOO_LARGE = "too-large", PAYLOAD_TOO_LARGE, "Too large", "GET /v1/limits shows the limits; they are set in skyloom.toml.";
