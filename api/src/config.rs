@@ -169,6 +169,7 @@ impl Config {
             bytes("limits.image_store_bytes", limits.image_store_bytes, 0),
             bytes("limits.upload_memory_bytes", limits.upload_memory_bytes, 1),
             bytes("limits.reply_memory_bytes", limits.reply_memory_bytes, 1),
+            ("limits.series_values", limits.series_values, 1..=1 << 40),
             ("limits.streams", limits.streams as u64, 0..=100_000),
             count("queue.depth", queue.depth, 100_000),
             seconds("queue.timeout_s", queue.timeout_s, 1),

@@ -21,6 +21,7 @@ pub mod gate;
 pub mod images;
 pub mod logs;
 pub mod metrics;
+pub mod points;
 pub mod presets;
 pub mod problem;
 pub mod render_queue;

@@ -13,5 +13,6 @@ mod harness;
 mod images;
 mod lifecycle;
 mod observed;
+mod points;
 mod sun;
 mod textures;
