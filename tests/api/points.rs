@@ -157,6 +157,6 @@ fn minutes_cost_no_more_than_twice_their_renders() {
         assert_eq!(common.server.get(&file).status, 200);
     }
     let renders = start.elapsed();
-    println!("{MINUTES} minutes: at a point {one:.2?}, at eight {many:.2?}; as renders of size 8 {renders:.2?}");
+    eprintln!("{MINUTES} minutes: at a point {one:.2?}, at eight {many:.2?}; as renders of size 8 {renders:.2?}");
     assert!(one < 2 * renders);
 }
