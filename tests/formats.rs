@@ -128,7 +128,7 @@ fn another_reader_finds_the_light_of_a_radiance_picture() {
             let grey = |value: &f32| [*value; 3];
             let whole: Vec<f32> = if channels == 1 { data.iter().flat_map(grey).collect() } else { data };
             let error = worst(&whole, &found, 3);
-            println!("hdr {size:?} {channels}: {error:.5}, {} bytes", bytes.len());
+            eprintln!("hdr {size:?} {channels}: {error:.5}, {} bytes", bytes.len());
             assert!(error <= SHARED_8, "{error}");
         }
     }
@@ -175,7 +175,7 @@ fn another_reader_finds_every_level_of_a_ktx2_texture() {
             let error = worst(&expected.data, &found, channels);
             assert!(error <= limit && opaque, "{coding:?} {channels}: {error}");
         }
-        println!("ktx2 {coding:?} {channels} channels: {} bytes", bytes_of_file.len());
+        eprintln!("ktx2 {coding:?} {channels} channels: {} bytes", bytes_of_file.len());
     }
 }
 
