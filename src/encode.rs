@@ -1,22 +1,32 @@
-//! Textures as files: OpenEXR with everything an engine must know, PNG to look at, raw floats.
+//! Textures as files: OpenEXR with everything an engine must know, PNG to look at, Radiance pictures, containers of textures
+//! for graphics devices, raw floats.
 //!
 //! The same texels and settings always give the same bytes, so files can be cached and compared by their hash. Values that
 //! a file cannot hold are refused by name; only a picture for eyes is cut off at white.
 
+mod channels;
+mod dds;
 mod encoded;
 mod error;
+mod halves;
+mod ktx2;
 mod metadata;
+mod mips;
 mod openexr;
 mod output;
+mod packed;
 mod picture;
 mod pixels;
 mod precision;
+mod radiance;
+mod shared;
 
 pub use self::encoded::Encoded;
 pub use self::error::{At, EncodeError};
 pub use self::metadata::{Frame, Metadata, Place};
+pub use self::mips::{Level, levels};
 pub use self::openexr::{Depth, to_exr};
-pub use self::output::{Alpha, Format, Linear, Output};
+pub use self::output::{Alpha, Coding, Container, Format, Linear, Output, Packed};
 pub use self::picture::{Exposure, METERED_GREY, Picture, PictureDepth, Tonemap, metered_white, to_png};
 pub use self::pixels::Pixels;
 
@@ -31,6 +41,9 @@ pub fn encode(pixels: &Pixels<'_>, metadata: &Metadata, output: &Output, white: 
             let bytes = to_png(pixels, picture, white)?;
             Ok(Encoded { bytes, bits: picture.depth().bits(), reason: None })
         }
+        Output::Hdr { .. } => radiance::to_hdr(pixels, metadata),
+        Output::Packed(packed) => packed::to_packed(pixels, metadata, packed),
+        Output::F16 { .. } => halves::to_f16(pixels, metadata.scale),
         Output::F32 { .. } => Ok(Encoded { bytes: to_f32(pixels)?, bits: 32, reason: None }),
     }
 }

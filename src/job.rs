@@ -8,7 +8,7 @@ pub use contract::{Fault, RenderError, Texture, Watch};
 use crate::illumination::Illumination;
 use crate::image::{Image, MissingImage};
 use crate::plan::Plan;
-use crate::request::Request;
+use crate::request::{Request, TextureKind};
 use crate::scene::Scene;
 use crate::scene_air::{SceneAir, air_mix, covered_mix};
 use crate::tables::{MixTables, TableLibrary};
@@ -29,6 +29,8 @@ pub struct Job {
     air: Option<SceneAir>,
     illumination: Illumination,
     images: Images,
+    /// Places of the ground in place of a map of it, domains from the north-western corner.
+    points: Arc<[[f64; 2]]>,
 }
 
 impl Job {
@@ -78,13 +80,42 @@ impl Job {
         };
         let scene_id = scene.id();
         let illumination = Illumination::new(&scene, air.as_ref(), request.time_s);
-        Ok(Self { scene, scene_id, request, plan, tables, air, illumination, images })
+        let points = Arc::from([]);
+        Ok(Self { scene, scene_id, request, plan, tables, air, illumination, images, points })
     }
 
     /// The same at another time, s since the scene's start.
     pub fn at(&self, time_s: f64) -> Self {
         let illumination = Illumination::new(&self.scene, self.air.as_ref(), time_s);
         Self { request: Request { time_s, ..self.request }, illumination, ..self.clone() }
+    }
+
+    /// The same at points of the ground (metres east and north of the domain's middle; the domain repeats) in place of a map: a
+    /// row each, whose first texel is all light and whose second is the sun's beam. A point has the light of a texel of the map
+    /// whose centre is there, if the map has as many texels as the request says.
+    ///
+    /// # Errors
+    /// [`RenderError::Defect`] for another texture than `irradiance`, and for method reference.
+    pub fn at_points(&self, points: &[[f64; 2]]) -> Result<Self, RenderError> {
+        if self.request.texture() != TextureKind::Irradiance || self.plan.reference.is_some() {
+            return Err(RenderError::Defect("points of another texture than the irradiance"));
+        }
+        let extent_m = self.scene.extent_m();
+        let place = |[east_m, north_m]: &[f64; 2]| {
+            [east_m / extent_m + 0.5, 0.5 - north_m / extent_m].map(|part: f64| part.rem_euclid(1.0))
+        };
+        Ok(Self { points: points.iter().map(place).collect(), ..self.clone() })
+    }
+
+    /// Places of the ground, domains from the north-western corner; none for a map.
+    pub fn points(&self) -> &[[f64; 2]] {
+        &self.points
+    }
+
+    /// Texels across and down.
+    pub fn texels(&self) -> [u32; 2] {
+        // At most a few thousand.
+        if self.points.is_empty() { self.request.texels(&self.scene) } else { [2, self.points.len() as u32] }
     }
 
     /// The scene.

@@ -127,14 +127,17 @@ impl Renderer {
         let request = job.request();
         let illumination = job.illumination();
         let mut clock = Clock::default();
-        let [width, height] = request.texels(job.scene());
+        let [width, height] = job.texels();
         let mut base_m = job.scene().base_m();
         let (texels, plane_m, deepest_m) = if let Wanted::Compass(sphere) = &request.wanted {
             let draw = || compass::texels(sphere, [width, height], illumination.towards_sun, watch);
             (Texels { data: clock.time("draw", draw)?, standard_error: None }, 0.0, 0.0)
         } else if job.scene().layer_count() == 0 && request.wanted.sphere().is_none() {
-            let texel = clear::texel(&request.wanted, illumination);
-            let data = texel.repeat(width as usize * height as usize);
+            let data = if job.points().is_empty() {
+                clear::texel(&request.wanted, illumination).repeat(width as usize * height as usize)
+            } else {
+                clear::point(illumination).repeat(height as usize)
+            };
             (Texels { data, standard_error: None }, 0.0, 0.0)
         } else {
             let run = self.pipeline.run(job, watch, Keep::Texels, &mut clock)?;

@@ -299,7 +299,7 @@ fn halves_asked_for_by_name_are_refused_where_they_cannot_hold_the_texture() {
     let data = [1.0, 2.0, 3.0, 4.0, 98_000.0, 6.0];
     let error = refused(&["R", "G", "B"], &data, 1000.0);
     let at = At { channel: "G".to_owned(), x: 1, y: 0 };
-    assert_eq!(error, EncodeError::AboveHalf { value: 98_000.0, at, scale: Some(660.0) });
+    assert_eq!(error, EncodeError::AboveHalf { value: 98_000.0, at, instead: "depth 32", scale: Some(660.0) });
     let text = "largest value 98000 (channel G, column 1, row 0) is above 65504, the largest half float; \
                 allowed: depth 32, or scale 660";
     assert_eq!(error.to_string(), text);

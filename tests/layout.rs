@@ -78,6 +78,9 @@ fn host_layouts() -> Vec<(&'static str, Layout)> {
             first,
             added,
             together,
+            point,
+            pointed,
+            spare,
         }),
         host_layout!(SkyView {
             axis_x,

@@ -10,6 +10,7 @@ use skyloom::image::sha256_hex;
 
 use crate::client::Client;
 use crate::config::{Access, Config, Key, Right};
+use crate::cors;
 use crate::problem::ApiError;
 
 /// Tells in what relation a page stands to what it asks for.
@@ -78,13 +79,13 @@ fn own_page(config: &Config, headers: &HeaderMap) -> Result<(), ApiError> {
             "the request came by the name {host:?}, which is not this server's; it is named in access.hosts if it is to be"
         )));
     }
-    let listed = |origin: &str| config.access.origins.iter().any(|own| own.eq_ignore_ascii_case(origin));
     match text(header::ORIGIN.as_str()) {
-        Some(origin) if listed(origin) => Ok(()),
+        Some(origin) if cors::is_named(&config.access.cors, origin) => Ok(()),
         Some(origin) => match origin.split_once("://") {
             Some((_, from)) if Some(from) == host => Ok(()),
             _ => Err(ApiError::Forbidden(format!(
-                "a page of {origin:?} may not write; it is named in access.origins if it is to"
+                "a page of {origin:?} may not write; it may if the settings name it: [access] cors = [{origin:?}] (\"*\" lets \
+                 pages read, and write with a key)"
             ))),
         },
         None if text(FETCH_SITE).is_some_and(|site| !["same-origin", "none"].contains(&site)) => {
@@ -141,7 +142,7 @@ mod tests {
     fn pages_of_others_write_nothing_and_read_as_before() {
         let mut config = Config::default();
         config.access.hosts.push("sky.example".to_owned());
-        config.access.origins.push("https://tools.example".to_owned());
+        config.access.cors.push("https://tools.example".to_owned());
         for (headers, status) in [
             (&[][..], 200),
             (&[("host", "localhost:8080")], 200),

@@ -11,6 +11,7 @@ use axum::response::{IntoResponse as _, Response};
 use crate::access;
 use crate::app::App;
 use crate::client::Client;
+use crate::cors;
 use crate::deliver;
 use crate::problem::{self, ApiError};
 
@@ -25,13 +26,16 @@ pub async fn around(State(app): State<Arc<App>>, request: Request, next: Next) -
     let (method, path) = (parts.method.clone(), parts.uri.path().to_owned());
     let route =
         parts.extensions.get::<MatchedPath>().map_or_else(|| "none".to_owned(), |route| route.as_str().to_owned());
+    let (allowed, origin) = (&app.config.access.cors, parts.headers.get(header::ORIGIN).cloned());
+    let asked = cors::preflight(allowed, &parts);
     let admitted = access::admit(&app.config, &mut parts);
     let client = parts.extensions.get::<Client>().cloned().unwrap_or_default();
     let span = tracing::info_span!("request", id);
     let answer = async {
-        match admitted {
-            Ok(()) => next.run(Request::from_parts(parts, body)).await,
-            Err(error) => error.into_response(),
+        match (asked, admitted) {
+            (Some(answer), _) => answer.unwrap_or_else(ApiError::into_response),
+            (None, Ok(())) => next.run(Request::from_parts(parts, body)).await,
+            (None, Err(error)) => error.into_response(),
         }
     };
     let response = tracing::Instrument::instrument(answer, span).await;
@@ -43,6 +47,7 @@ pub async fn around(State(app): State<Arc<App>>, request: Request, next: Next) -
     let mut response = problem::document(response, &id);
     let took = start.elapsed();
     let headers = response.headers_mut();
+    cors::open(allowed, origin.as_ref(), headers);
     headers.insert(header::X_CONTENT_TYPE_OPTIONS, HeaderValue::from_static("nosniff"));
     if let Ok(value) = HeaderValue::from_str(&id) {
         headers.insert(REQUEST_ID, value);

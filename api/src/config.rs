@@ -4,6 +4,7 @@ use std::fmt;
 use std::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
 
+use crate::cors;
 use serde::{Deserialize, Serialize};
 
 mod access;
@@ -60,6 +61,8 @@ pub enum ConfigError {
     Range(&'static str, u64, RangeInclusive<u64>),
     /// A key that cannot be used: its number in the list, and why.
     Key(usize, &'static str),
+    /// An origin that no browser tells so: its number in the list, and itself.
+    Origin(usize, String),
     /// A tolerance that is none.
     Tolerance(f64),
     /// Streams would keep all other requests out.
@@ -85,6 +88,11 @@ impl fmt::Display for ConfigError {
                 write!(out, "{key} = {value}: allowed are {} to {}", allowed.start(), allowed.end())
             }
             Self::Key(number, fault) => write!(out, "access.keys[{number}].{fault}"),
+            Self::Origin(number, value) => write!(
+                out,
+                "access.cors[{number}] = {value:?}: allowed are origins as browsers tell them, such as \"https://example.org\" or \
+                 \"http://localhost:3000\", without a path or a slash at the end, and \"*\""
+            ),
             Self::Tolerance(value) => write!(out, "limits.least_tolerance = {value}: allowed are 0 to 1"),
             Self::Streams { streams, connections } => write!(
                 out,
@@ -119,6 +127,10 @@ impl Config {
             if let Some(fault) = key.fault() {
                 return Err(ConfigError::Key(number, fault));
             }
+        }
+        let mut origins = self.access.cors.iter().enumerate();
+        if let Some((number, origin)) = origins.find(|(_, origin)| !cors::is_sound(origin)) {
+            return Err(ConfigError::Origin(number, origin.clone()));
         }
         for (key, value, allowed) in self.ranges() {
             if !allowed.contains(&value) {
@@ -161,6 +173,7 @@ impl Config {
             bytes("limits.image_store_bytes", limits.image_store_bytes, 0),
             bytes("limits.upload_memory_bytes", limits.upload_memory_bytes, 1),
             bytes("limits.reply_memory_bytes", limits.reply_memory_bytes, 1),
+            ("limits.series_values", limits.series_values, 1..=1 << 40),
             ("limits.streams", limits.streams as u64, 0..=100_000),
             ("jobs.count", jobs.count as u64, 0..=1000),
             count("jobs.textures", jobs.textures, 64),
@@ -202,6 +215,16 @@ mod tests {
             let error = file(wrong).unwrap_err().to_string();
             assert!(error.contains(told) && error.contains("localhost:8080"), "{error}");
         }
+    }
+
+    #[test]
+    fn an_origin_that_never_fits_is_refused() {
+        let mut config = Config::default();
+        config.access.cors = vec!["*".to_owned(), "https://tools.example".to_owned()];
+        config.check().unwrap();
+        config.access.cors.push("https://tools.example/".to_owned());
+        let error = config.check().unwrap_err().to_string();
+        assert!(error.contains("access.cors[2]") && error.contains("slash"), "{error}");
     }
 
     #[test]

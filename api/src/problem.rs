@@ -127,7 +127,7 @@ kinds! {
         "GET /v1/jobs lists the jobs, and /v1/jobs/{id}/manifest.json the frames of one. A job that the disk damaged can be sent again; its frames stay.";
     NO_KEY = "no-key", UNAUTHORIZED, "A key is needed",
         "Send the header Authorization: Bearer KEY with a key of this server's settings (access.keys).";
-    FORBIDDEN = "forbidden", FORBIDDEN, "Not allowed", "The detail says what is missing: a right of the key, or a name in access.hosts or access.origins.";
+    FORBIDDEN = "forbidden", FORBIDDEN, "Not allowed", "The detail says what is missing: a right of the key, or a name in access.hosts or access.cors.";
     METHOD = "method-not-allowed", METHOD_NOT_ALLOWED, "Method not allowed", "The header Allow lists the methods of this address.";
     SLOW_BODY = "slow-body", REQUEST_TIMEOUT, "The body took too long", "Send the body faster: server.least_rate, server.stall_timeout_s and server.body_timeout_s say how fast.";
     TOO_LARGE = "too-large", PAYLOAD_TOO_LARGE, "Too large", "GET /v1/limits shows the limits; they are set in skyloom.toml.";

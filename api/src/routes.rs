@@ -22,7 +22,7 @@ use crate::images::MEDIA_TYPES;
 use crate::problem::{ApiError, KINDS, field_problems};
 use crate::render_queue::State as RenderState;
 
-use crate::{ambient, body, frames, jobs, listing, presets, sun, textures, version, viewer};
+use crate::{ambient, body, frames, jobs, listing, points, presets, sun, textures, version, viewer};
 
 /// All routes over the shared state.
 pub fn router(app: Arc<App>) -> Router {
@@ -33,6 +33,8 @@ pub fn router(app: Arc<App>) -> Router {
         .route("/v1/skies/{id}/sun.json", get(sun::get))
         .route("/v1/skies/{id}/ambient.json", get(ambient::get))
         .route("/v1/skies/{id}/frames", get(frames::get))
+        .route("/v1/skies/{id}/point.json", get(points::json))
+        .route("/v1/skies/{id}/point.csv", get(points::csv))
         .route("/v1/skies/{id}/{file}", get(textures::get))
         .route("/v1/images", post(store_image).get(listing::images))
         .route("/v1/presets", get(list_presets))

@@ -16,6 +16,7 @@ use axum::response::{IntoResponse, Response};
 use futures_util::stream;
 use serde::Serialize;
 use sha2::{Digest as _, Sha256};
+use skyloom::encode::Output;
 use skyloom::plan::{Choice, Plan, expected_error, meets_tolerance};
 use skyloom::render::{Images, Job};
 use skyloom::request::{Request, RequestError};
@@ -274,7 +275,13 @@ async fn make(
 fn expected_bytes(job: &Job) -> u64 {
     let [across, down] = job.request().texels(job.scene()).map(u64::from);
     let channels = job.request().wanted.channels().len() as u64;
-    across * down * channels * size_of::<f32>() as u64 + ABOUT_ITSELF
+    let bytes = across * down * channels * size_of::<f32>() as u64;
+    let bytes = match job.request().output {
+        // Colours have a fourth channel there, and levels are a third more.
+        Output::Packed(_) => bytes * 4 / 3 * 4 / 3 + 64,
+        _ => bytes,
+    };
+    bytes + ABOUT_ITSELF
 }
 
 /// The images that a scene names, decoded.

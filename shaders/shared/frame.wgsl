@@ -71,6 +71,9 @@ struct View {
     first: u32,               // 1: the layer is the first that is drawn, nothing lies before it
     added: vec3<f32>,         // irradiance: even light that falls on the ground beside that of the layers' exchange
     together: u32,            // 1: several layers are drawn, and carry each other's light on; 0: one by itself
+    point: vec2<f32>,         // where the one texel lies that is shaded by itself, domains from the north-western corner
+    pointed: u32,             // 1: there is a point
+    spare: u32,
 }
 
 // One output texture of the whole sky, or a band of its rows.
@@ -272,5 +275,6 @@ fn domain_uv(position_m: vec2<f32>, extent_m: f32) -> vec2<f32> {
 
 // Place of a texel's centre in the whole image, 0 to 1 from the north-west corner.
 fn texel_place(view: View, pixel: vec2<u32>) -> vec2<f32> {
-    return (vec2<f32>(f32(pixel.x), f32(pixel.y + view.first_row)) + 0.5) / vec2<f32>(view.size);
+    let place = (vec2<f32>(f32(pixel.x), f32(pixel.y + view.first_row)) + 0.5) / vec2<f32>(view.size);
+    return select(place, view.point, view.pointed == 1u);
 }

@@ -48,7 +48,7 @@ pub enum EncodeError {
     },
     /// A value above the range of half floats, which were asked for.
     #[error(
-        "largest value {} ({at}) is above 65504, the largest half float; allowed: depth 32{}",
+        "largest value {} ({at}) is above 65504, the largest half float; allowed: {instead}{}",
         number(*.value), hint(*.scale)
     )]
     AboveHalf {
@@ -56,12 +56,14 @@ pub enum EncodeError {
         value: f32,
         /// Its place.
         at: At,
+        /// What holds it, such as `depth 32`.
+        instead: &'static str,
         /// A scale with which it would fit, if one is allowed.
         scale: Option<f64>,
     },
     /// All values below the normal half floats, which were asked for.
     #[error(
-        "largest value {} ({at}) is below 0.000061, where half floats lose their digits; allowed: depth 32{}",
+        "largest value {} ({at}) is below 0.000061, where half floats lose their digits; allowed: {instead}{}",
         number(*.value), hint(*.scale)
     )]
     BelowHalf {
@@ -69,8 +71,34 @@ pub enum EncodeError {
         value: f32,
         /// Its place.
         at: At,
+        /// What holds it, such as `depth 32`.
+        instead: &'static str,
         /// A scale with which it would fit, if one is allowed.
         scale: Option<f64>,
+    },
+    /// A value outside the range of colours with a shared exponent.
+    #[error("value {} ({at}) is outside 0 to {}, the range of {what}; allowed: formats exr, f32", number(*.value), number(*.most))]
+    OutsideShared {
+        /// The format or coding.
+        what: &'static str,
+        /// The value.
+        value: f32,
+        /// The largest that it holds.
+        most: f32,
+        /// Its place.
+        at: At,
+    },
+    /// All values so small that a shared exponent of 5 bits leaves them too few digits.
+    #[error(
+        "largest value {} ({at}) is below 0.000015, where coding rgb9e5 loses digits; allowed: coding float with depth 32, or a \
+         larger scale",
+        number(*.value)
+    )]
+    TooDark {
+        /// The largest value.
+        value: f32,
+        /// Its place.
+        at: At,
     },
     /// A value outside the range of a mask.
     #[error(
@@ -104,7 +132,11 @@ impl EncodeError {
     /// The parameter of the query to blame; `None` for a fault of the program.
     pub fn field(&self) -> Option<&'static str> {
         match self {
+            Self::AboveHalf { instead, .. } | Self::BelowHalf { instead, .. } if !instead.starts_with("depth") => {
+                Some("scale")
+            }
             Self::AboveHalf { .. } | Self::BelowHalf { .. } => Some("depth"),
+            Self::OutsideShared { .. } | Self::TooDark { .. } => Some("scale"),
             Self::OutsideMask { .. } => Some("scale"),
             Self::Overflow { field, .. } => Some(field),
             Self::NotFinite(_) | Self::Shape { .. } | Self::Codec(_) => None,

@@ -59,6 +59,37 @@ pub struct Metadata {
     pub place: Option<Place>,
 }
 
+impl Metadata {
+    /// What formats without attributes of numbers tell: names in alphabetical order, and their values in words. Units and meanings
+    /// are those of the attributes of an OpenEXR file.
+    pub(super) fn in_words(&self) -> Vec<(&'static str, String)> {
+        let vector = |[x, y, z]: [f64; 3]| format!("{} {} {}", x as f32 + 0.0, y as f32 + 0.0, z as f32 + 0.0);
+        let number = |value: f64| (value as f32).to_string();
+        let list = [
+            ("axes", Some(self.axes.name.clone())),
+            ("baseHeight", Some(number(self.base_height_m))),
+            ("component", self.component.clone()),
+            ("domainExtent", Some(number(self.domain_extent_m))),
+            ("eye", self.eye.map(vector)),
+            ("frame", Some(self.axes.words.clone())),
+            ("handedness", Some(self.axes.handedness.clone())),
+            ("leftAzimuth", self.left_azimuth_deg.map(number)),
+            ("origin", Some(vector(self.origin))),
+            ("projection", self.projection.clone()),
+            ("scale", Some(number(self.scale))),
+            ("scene", Some(self.scene.clone())),
+            ("sunDirection", Some(vector(self.sun_direction))),
+            ("texture", Some(self.texture.clone())),
+            ("timeExact", Some(self.time_s.to_string())),
+            ("unit", Some(self.unit.clone())),
+            ("up", Some(self.axes.up.clone())),
+            ("version", Some(self.version.clone())),
+            ("view", self.view.clone()),
+        ];
+        list.into_iter().filter_map(|(name, value)| Some((name, value?))).collect()
+    }
+}
+
 /// Axes of a texture.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Frame {

@@ -14,10 +14,11 @@ use exr::meta::header::Header;
 use half::f16;
 use rayon::prelude::*;
 
+use super::channels::{Channel, channels};
 use super::encoded::Encoded;
 use super::error::EncodeError;
 use super::metadata::Metadata;
-use super::pixels::{Pixels, error_name};
+use super::pixels::Pixels;
 use super::precision::{check_half, why_float};
 
 /// Lossless and read by every engine. On cloud textures a tenth smaller than PIZ and read in half its time.
@@ -56,25 +57,6 @@ impl Depth {
     }
 }
 
-/// What a channel holds.
-#[derive(Clone, Copy, PartialEq, Eq)]
-pub(super) enum Kind {
-    /// Light, or what a texture of one channel has instead.
-    Light,
-    Alpha,
-    /// Standard errors.
-    Errors,
-}
-
-/// A channel of the file: every `step`th value of the data from the place on.
-pub(super) struct Channel<'a> {
-    pub(super) name: String,
-    pub(super) kind: Kind,
-    pub(super) data: &'a [f32],
-    pub(super) place: usize,
-    pub(super) step: usize,
-}
-
 /// An OpenEXR file with standard errors as channels of the layer `error` and the metadata as attributes: the standard ones
 /// (`chromaticities` of Rec.709 with D65, `adoptedNeutral`, `whiteLuminance`, `wrapmodes`, `envmap` of an equirectangular
 /// picture, `software`, `comments`, and of a place `latitude`, `longitude`, `altitude`, `capDate`, `utcOffset`) and skyloom's own, of the types that every reader
@@ -102,7 +84,7 @@ pub fn to_exr(pixels: &Pixels<'_>, metadata: &Metadata, depth: Option<Depth>) ->
         None => why_float(&channels, pixels.width).map_or((Depth::Half, None), |reason| (Depth::Float, Some(reason))),
         Some(depth) => {
             if depth == Depth::Half {
-                check_half(&channels, pixels.width, metadata.scale)?;
+                check_half(&channels, pixels.width, metadata.scale, "depth 32")?;
             }
             (depth, None)
         }
@@ -158,21 +140,6 @@ pub fn to_exr(pixels: &Pixels<'_>, metadata: &Metadata, depth: Option<Depth>) ->
         target.copy_from_slice(&offsets);
     }
     Ok(Encoded { bytes: file, bits: depth.bits(), reason })
-}
-
-/// Channels in the order of their names, as the file has them.
-fn channels<'a>(pixels: &Pixels<'a>) -> Vec<Channel<'a>> {
-    let (step, lit) = (pixels.channels.len(), pixels.lit());
-    let mut channels = Vec::with_capacity(step + lit);
-    for (place, &name) in pixels.channels.iter().enumerate() {
-        let kind = if place < lit { Kind::Light } else { Kind::Alpha };
-        channels.push(Channel { name: name.to_owned(), kind, data: pixels.data, place, step });
-        if let (Some(data), Kind::Light) = (pixels.errors, kind) {
-            channels.push(Channel { name: error_name(name), kind: Kind::Errors, data, place, step: lit });
-        }
-    }
-    channels.sort_unstable_by(|one, other| one.name.cmp(&other.name));
-    channels
 }
 
 /// Samples of a block: line by line, in a line channel by channel.

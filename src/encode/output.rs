@@ -13,19 +13,31 @@ pub enum Format {
     Exr,
     /// A picture to look at, or a mask.
     Png,
+    /// Radiance HDR: three mantissas of 8 bits with a shared exponent.
+    Hdr,
+    /// A container of textures for graphics devices, of Khronos.
+    Ktx2,
+    /// One of Microsoft.
+    Dds,
+    /// Raw little-endian half floats.
+    F16,
     /// Raw little-endian floats.
     F32,
 }
 
 impl Format {
     /// Every format.
-    pub const ALL: [Self; 3] = [Self::Exr, Self::Png, Self::F32];
+    pub const ALL: [Self; 7] = [Self::Exr, Self::Png, Self::Hdr, Self::Ktx2, Self::Dds, Self::F16, Self::F32];
 
     /// The file name's extension.
     pub fn extension(self) -> &'static str {
         match self {
             Self::Exr => "exr",
             Self::Png => "png",
+            Self::Hdr => "hdr",
+            Self::Ktx2 => "ktx2",
+            Self::Dds => "dds",
+            Self::F16 => "f16",
             Self::F32 => "f32",
         }
     }
@@ -35,7 +47,10 @@ impl Format {
         match self {
             Self::Exr => "image/x-exr",
             Self::Png => "image/png",
-            Self::F32 => "application/octet-stream",
+            Self::Hdr => "image/vnd.radiance",
+            Self::Ktx2 => "image/ktx2",
+            Self::Dds => "image/vnd-ms.dds",
+            Self::F16 | Self::F32 => "application/octet-stream",
         }
     }
 }
@@ -92,11 +107,61 @@ pub enum Output {
     },
     /// PNG.
     Png(Picture),
+    /// Radiance HDR.
+    Hdr {
+        /// The values; without alpha.
+        linear: Linear,
+    },
+    /// KTX2 or DDS.
+    Packed(Packed),
+    /// Raw half floats.
+    F16 {
+        /// The values.
+        linear: Linear,
+    },
     /// Raw floats.
     F32 {
         /// The values.
         linear: Linear,
     },
+}
+
+/// A texture as a graphics device takes it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Packed {
+    /// The file.
+    pub container: Container,
+    /// The values.
+    pub linear: Linear,
+    /// How a texel is packed.
+    pub coding: Coding,
+    /// Whether there are mip levels, to one texel.
+    pub mips: bool,
+}
+
+/// A container of textures.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Container {
+    /// Of Khronos.
+    Ktx2,
+    /// Of Microsoft.
+    Dds,
+}
+
+/// How a texel is packed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Coding {
+    /// Floats: one of a single channel, else four.
+    Float(Depth),
+    /// Three mantissas of 9 bits with a shared exponent, in 32 bits.
+    Rgb9e5,
+}
+
+impl Packed {
+    /// A container with the defaults of its settings.
+    pub fn new(container: Container) -> Self {
+        Self { container, linear: Linear::default(), coding: Coding::Float(Depth::Half), mips: false }
+    }
 }
 
 /// Alpha that counts as none where colour is divided by it: there is nothing to see, and the quotient would be noise.
@@ -109,6 +174,10 @@ impl Output {
         match format {
             Format::Exr => Self::Exr { linear, depth: None },
             Format::Png => Self::Png(Picture::default()),
+            Format::Hdr => Self::Hdr { linear },
+            Format::Ktx2 => Self::Packed(Packed::new(Container::Ktx2)),
+            Format::Dds => Self::Packed(Packed::new(Container::Dds)),
+            Format::F16 => Self::F16 { linear },
             Format::F32 => Self::F32 { linear },
         }
     }
@@ -118,6 +187,10 @@ impl Output {
         match self {
             Self::Exr { .. } => Format::Exr,
             Self::Png(_) => Format::Png,
+            Self::Hdr { .. } => Format::Hdr,
+            Self::Packed(Packed { container: Container::Ktx2, .. }) => Format::Ktx2,
+            Self::Packed(Packed { container: Container::Dds, .. }) => Format::Dds,
+            Self::F16 { .. } => Format::F16,
             Self::F32 { .. } => Format::F32,
         }
     }
@@ -125,7 +198,11 @@ impl Output {
     /// What is done to the values. A picture for eyes takes them as they are.
     pub fn linear(&self) -> Linear {
         match *self {
-            Self::Exr { linear, .. } | Self::F32 { linear } => linear,
+            Self::Exr { linear, .. }
+            | Self::Hdr { linear }
+            | Self::Packed(Packed { linear, .. })
+            | Self::F16 { linear }
+            | Self::F32 { linear } => linear,
             Self::Png(Picture::Mask { scale, .. }) => Linear { scale, alpha: Alpha::Premultiplied },
             Self::Png(Picture::Display { .. }) => Linear::default(),
         }

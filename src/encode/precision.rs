@@ -3,8 +3,8 @@
 use half::f16;
 use rayon::prelude::*;
 
+use super::channels::{Channel, Kind};
 use super::error::{At, EncodeError, number};
-use super::openexr::{Channel, Kind};
 
 /// From here on a value is nearer to 65536 than to 65504, the largest half float.
 const HALF_END: f32 = 65_520.0;
@@ -61,8 +61,14 @@ pub(super) fn why_float(channels: &[Channel<'_>], width: u32) -> Option<String> 
     Some(format!("largest value {} of channel {} is below {HALF_DARK}: halves lose digits", number(value), at.channel))
 }
 
-/// Refuses channels that halves, asked for by name, cannot hold. Dark texels may lose digits, but not all of them.
-pub(super) fn check_half(channels: &[Channel<'_>], width: u32, scale: f64) -> Result<(), EncodeError> {
+/// Refuses channels that halves, asked for by name, cannot hold; `instead` is what holds them. Dark texels may lose digits, but not
+/// all of them.
+pub(super) fn check_half(
+    channels: &[Channel<'_>],
+    width: u32,
+    scale: f64,
+    instead: &'static str,
+) -> Result<(), EncodeError> {
     let mut found: Vec<Largest> = channels.iter().map(|channel| Largest::of(channel, width)).collect();
     let above = found.iter().any(|largest| largest.value.abs() >= HALF_END);
     if !above {
@@ -71,9 +77,9 @@ pub(super) fn check_half(channels: &[Channel<'_>], width: u32, scale: f64) -> Re
     let Some(Largest { value, at, .. }) = Largest::most(found.into_iter()) else { return Ok(()) };
     let fits = |limit: f64, round| fitting(scale * limit / f64::from(value.abs()), round);
     if above {
-        Err(EncodeError::AboveHalf { value, at, scale: fits(f16::MAX.into(), f64::floor) })
+        Err(EncodeError::AboveHalf { value, at, instead, scale: fits(f16::MAX.into(), f64::floor) })
     } else if value.abs() < f16::MIN_POSITIVE.to_f32() {
-        Err(EncodeError::BelowHalf { value, at, scale: fits(HALF_DARK.into(), f64::ceil) })
+        Err(EncodeError::BelowHalf { value, at, instead, scale: fits(HALF_DARK.into(), f64::ceil) })
     } else {
         Ok(())
     }

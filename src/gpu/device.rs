@@ -203,4 +203,20 @@ impl Gpu {
         let view = copy.get_mapped_range(..).map_err(|e| GpuError::Failed(e.to_string()))?;
         Ok(bytemuck::pod_collect_to_vec(&view[..]))
     }
+
+    /// Copies the first `count` floats of each of some buffers to the host, all at once.
+    pub(crate) fn read_each(
+        &self,
+        buffers: &[wgpu::Buffer],
+        count: usize,
+        deadline: Option<Instant>,
+    ) -> Result<Vec<f32>, GpuError> {
+        let (joined, bytes) = (self.storage("joined", count * buffers.len()), 4 * count as u64);
+        let mut encoder = self.device.create_command_encoder(&wgpu::CommandEncoderDescriptor { label: Some("joined") });
+        for (number, buffer) in buffers.iter().enumerate() {
+            encoder.copy_buffer_to_buffer(buffer, 0, &joined, number as u64 * bytes, bytes);
+        }
+        self.queue.submit([encoder.finish()]);
+        self.read(&joined, count * buffers.len(), deadline)
+    }
 }

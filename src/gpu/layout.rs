@@ -143,6 +143,12 @@ pub struct View {
     pub added: [f32; 3],
     /// 1: several layers are drawn, and carry each other's light on; 0: one by itself.
     pub together: u32,
+    /// Where the one texel lies that is shaded by itself, domains from the north-western corner.
+    pub point: [f32; 2],
+    /// 1: there is a `point`.
+    pub pointed: u32,
+    /// Unused.
+    pub spare: u32,
 }
 
 /// One output texture of the whole sky, or a band of its rows.

@@ -3,6 +3,11 @@
 use crate::illumination::Illumination;
 use crate::request::{Component, Wanted};
 
+/// Irradiance at every point of the ground: all light, and of it the sun's beam.
+pub(super) fn point(light: &Illumination) -> Vec<f32> {
+    [light.total(), light.direct()].as_flattened().iter().map(|value| *value as f32).collect()
+}
+
 /// The channels of every texel.
 pub(super) fn texel(wanted: &Wanted, light: &Illumination) -> Vec<f32> {
     match wanted {

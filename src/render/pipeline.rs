@@ -251,6 +251,12 @@ impl Pipeline {
             return Ok(run);
         }
         let inputs = of(drawn(job), cumulus_seen || needs.ground_sun);
+        if !job.points().is_empty() {
+            let shaded = || shade::points(&self.gpu, &inputs, &run.view, job.points(), watch.deadline);
+            let data = clock.time("shade", shaded)?;
+            run.texels = Texels { data, standard_error: None };
+            return Ok(run);
+        }
         let shading = Shading { job, moment: &run.moment, inputs, view: &run.view, watch };
         let data = clock.time("shade", || bands(&self.gpu, &mut self.beams, &shading))?;
         run.texels = Texels { data, standard_error: None };

@@ -3,7 +3,9 @@
 use super::texture_request::Request;
 use super::wanted::{Cloud, Component, GroundLight, Irradiance, Shadow, Sky, TextureKind, Wanted};
 use crate::axes::Axes;
-use crate::encode::{Alpha, Depth, Exposure, Format, Linear, Output, Picture, PictureDepth, Tonemap};
+use crate::encode::{
+    Alpha, Coding, Container, Depth, Exposure, Format, Linear, Output, Packed, Picture, PictureDepth, Tonemap,
+};
 use crate::method::{CumulusMethod, Method, Reference, Transport};
 use crate::projection::{Plane, Side, Sphere, SphereLayout, Viewer};
 use crate::spectrum::Spectrum;
@@ -47,6 +49,8 @@ pub(super) struct Given {
     pub(super) tonemap: Tonemap,
     pub(super) mask: bool,
     pub(super) depth: Option<u32>,
+    pub(super) shared_exponent: bool,
+    pub(super) mips: bool,
 }
 
 impl Given {
@@ -81,16 +85,27 @@ impl Given {
             tonemap: Tonemap::Filmic,
             mask: false,
             depth: None,
+            shared_exponent: false,
+            mips: false,
         }
     }
 
     /// What no value alone is wrong about: the parameter, and why.
-    pub(super) fn conflict(&self) -> Option<(&'static str, String)> {
+    pub(super) fn conflict(&self, texture: TextureKind) -> Option<(&'static str, String)> {
         if self.direction.is_some() && self.eye.is_some() {
             return Some(("eye", "either direction or eye can be given".to_owned()));
         }
         if self.exposure.is_some() && self.ev100.is_some() {
             return Some(("ev100", "either exposure or ev100 can be given".to_owned()));
+        }
+        let has_alpha = texture.channels().contains(&"A");
+        if has_alpha && self.format == Format::Hdr {
+            let detail =
+                "a Radiance picture (hdr) has no alpha, which this texture has; allowed: exr, png, ktx2, dds, f16, f32";
+            return Some(("format", detail.to_owned()));
+        }
+        if has_alpha && self.shared_exponent && matches!(self.format, Format::Ktx2 | Format::Dds) {
+            return Some(("coding", "\"rgb9e5\" has no alpha, which this texture has; allowed: float".to_owned()));
         }
         let too_wide = self.fov_deg.filter(|fov_deg| self.layout == "camera" && *fov_deg > MAX_CAMERA_FOV_DEG)?;
         Some(("fov", format!("\"{too_wide}\" is not allowed for a camera; allowed: 1 to {MAX_CAMERA_FOV_DEG}")))
@@ -147,8 +162,18 @@ impl Given {
             _ => SphereLayout::Equirect,
         };
         let sphere = Sphere { layout, axes: self.axes, eye: self.eye.unwrap_or(EYE) };
-        // An EXR tells directions in the axes that were asked for; the others are their texels alone.
-        if self.format == Format::Exr { sphere } else { Sphere { axes: sphere.plainest_axes(), ..sphere } }
+        // Some files tell directions in the axes that were asked for; the others are their texels alone.
+        if matches!(self.format, Format::Exr | Format::Hdr | Format::Ktx2) {
+            sphere
+        } else {
+            Sphere { axes: sphere.plainest_axes(), ..sphere }
+        }
+    }
+
+    fn packed(&self, container: Container, linear: Linear) -> Packed {
+        let depth = if self.depth == Some(32) { Depth::Float } else { Depth::Half };
+        let coding = if self.shared_exponent { Coding::Rgb9e5 } else { Coding::Float(depth) };
+        Packed { container, linear, coding, mips: self.mips }
     }
 
     fn output(&self, texture: TextureKind) -> Output {
@@ -157,6 +182,10 @@ impl Given {
         let picture = if self.depth == Some(16) { PictureDepth::Sixteen } else { PictureDepth::Eight };
         match self.format {
             Format::F32 => Output::F32 { linear },
+            Format::F16 => Output::F16 { linear },
+            Format::Hdr => Output::Hdr { linear },
+            Format::Ktx2 => Output::Packed(self.packed(Container::Ktx2, linear)),
+            Format::Dds => Output::Packed(self.packed(Container::Dds, linear)),
             Format::Exr => {
                 let depth = self.depth.map(|bits| if bits == 32 { Depth::Float } else { Depth::Half });
                 Output::Exr { linear, depth }

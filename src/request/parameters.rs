@@ -4,7 +4,7 @@ use super::given::{CAMERA_FOV_DEG, FISHEYE_FOV_DEG, Given};
 use super::texture_request::Request;
 use super::wanted::Component;
 use crate::axes::Axes;
-use crate::encode::{Alpha, Exposure, Format, Output, Picture, Tonemap};
+use crate::encode::{Alpha, Coding, Exposure, Format, Output, Packed, Picture, Tonemap};
 use crate::method::{CumulusMethod, Method, Reference, Transport};
 use crate::projection::{Side, SphereLayout, Viewer};
 use crate::scene::Scene;
@@ -255,7 +255,7 @@ pub const QUERY_PARAMETERS: &[QueryParameter] = &[
         name: "scale",
         values: "1e-6 to 1e6",
         default: "1",
-        meaning: "multiplies linear output: EXR, raw floats, masks",
+        meaning: "multiplies linear output: all formats but a PNG for eyes",
         read: |given, text| set(&mut given.scale, number(text, 1e-6, 1e6)),
         write: |request| Some(request.output.linear().scale.to_string()),
     },
@@ -309,21 +309,48 @@ pub const QUERY_PARAMETERS: &[QueryParameter] = &[
     },
     QueryParameter {
         name: "depth",
-        values: "8 | 16 (PNG), 16 | 32 (EXR), 32 (f32)",
-        default: "8 (PNG); 16 where half floats hold the values, else 32 (EXR); 32 (f32)",
+        values: "8 | 16 (PNG), 16 | 32 (EXR, KTX2, DDS), 16 (f16), 32 (f32)",
+        default: "8 (PNG); 16 where half floats hold the values, else 32 (EXR); 16 (KTX2, DDS, f16); 32 (f32)",
         meaning: "bits a sample",
         read: |given, text| {
             let allowed: &[(&str, u32)] = match given.format {
-                Format::Exr => &[("16", 16), ("32", 32)],
+                Format::Exr | Format::Ktx2 | Format::Dds => &[("16", 16), ("32", 32)],
                 Format::Png => &[("8", 8), ("16", 16)],
+                Format::F16 => &[("16", 16)],
                 Format::F32 => &[("32", 32)],
+                // Of shared exponents there is one kind.
+                Format::Hdr => &[],
             };
             set(&mut given.depth, Some(Some(word(text, allowed)?)))
         },
         write: |request| match request.output {
             Output::Exr { depth, .. } => depth.map(|depth| depth.bits().to_string()),
             Output::Png(picture) => Some(picture.depth().bits().to_string()),
-            Output::F32 { .. } => None,
+            Output::Packed(Packed { coding: Coding::Float(depth), .. }) => Some(depth.bits().to_string()),
+            Output::Packed(_) | Output::Hdr { .. } | Output::F16 { .. } | Output::F32 { .. } => None,
+        },
+    },
+    QueryParameter {
+        name: "coding",
+        values: "float | rgb9e5",
+        default: "float",
+        meaning: "how KTX2 and DDS pack a texel: floats of `depth` bits, or three 9-bit mantissas and a shared exponent in 32 bits",
+        read: |given, text| set(&mut given.shared_exponent, word(text, &[("float", false), ("rgb9e5", true)])),
+        write: |request| match request.output {
+            Output::Packed(Packed { coding: Coding::Rgb9e5, .. }) => Some("rgb9e5".to_owned()),
+            Output::Packed(_) => Some("float".to_owned()),
+            _ => None,
+        },
+    },
+    QueryParameter {
+        name: "mips",
+        values: "true | false",
+        default: "false",
+        meaning: "KTX2 and DDS have all mip levels, to one texel: means of light",
+        read: |given, text| set(&mut given.mips, word(text, &[("true", true), ("false", false)])),
+        write: |request| match request.output {
+            Output::Packed(Packed { mips, .. }) => Some(mips.to_string()),
+            _ => None,
         },
     },
 ];

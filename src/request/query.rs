@@ -56,7 +56,7 @@ impl Request {
                 wrong(name, format!("\"{value}\" is not allowed; allowed: {}", parameter.values));
             }
         }
-        if let Some((name, detail)) = given.conflict() {
+        if let Some((name, detail)) = given.conflict(texture) {
             wrong(name, detail);
         }
         if errors.is_empty() { Ok(given.request(texture)) } else { Err(RequestError::Invalid(errors)) }

@@ -45,3 +45,77 @@ fn pages_of_others_neither_fill_nor_delete_and_keys_have_their_rights() {
     server.ask("DELETE", &sky, &[writer], b"").problem(403);
     assert_eq!(server.ask("DELETE", &sky, &[owner], b"").status, 204);
 }
+
+#[test]
+fn pages_of_other_origins_use_a_server_that_names_them() {
+    const HEADERS: [&str; 4] = ["ETag", "Server-Timing", "Retry-After", "Skyloom-Depth"];
+    let data = tempfile::tempdir().unwrap();
+    let page = ("origin", "https://tools.example");
+    let asks = |method| [("access-control-request-method", method), ("access-control-request-headers", "content-type")];
+    let preflight = |server: &Server, origin, path: &str, method| {
+        server.ask("OPTIONS", path, &[&[origin], &asks(method)[..]].concat(), b"")
+    };
+    let post = |server: &Server, origin| {
+        let headers = [origin, ("content-type", "application/json"), ("sec-fetch-site", "cross-site")];
+        server.ask("POST", "/v1/skies", &headers, scene().to_string().as_bytes())
+    };
+
+    let closed = Server::start(&data.path().join("closed"), &[], &[]);
+    for refused in [preflight(&closed, page, "/v1/skies", "POST"), post(&closed, page)] {
+        let detail = refused.problem(403)["detail"].as_str().unwrap().to_owned();
+        assert!(detail.contains("[access] cors = [\"https://tools.example\"]"), "{detail}");
+        assert!(!refused.headers.contains_key("access-control-allow-origin"));
+    }
+    let limits = closed.ask("GET", "/v1/limits", &[page], b"");
+    assert_eq!((limits.status, limits.headers.contains_key("access-control-allow-origin")), (200, false));
+    drop(closed);
+
+    let named = Server::with_settings(data.path(), "[access]\ncors = [\"https://tools.example\"]\n");
+    for (path, method) in
+        [("/v1/skies", "POST"), ("/v1/skies/0/cloud.exr", "GET"), ("/v1/images", "POST"), ("/v1/skies/0", "DELETE")]
+    {
+        let answer = preflight(&named, page, path, method);
+        assert_eq!((answer.status, answer.body.len()), (204, 0), "{path}");
+        assert_eq!(answer.header("access-control-allow-origin"), page.1);
+        let (methods, headers) =
+            (answer.header("access-control-allow-methods"), answer.header("access-control-allow-headers"));
+        assert!(methods.contains(method) && headers.contains("content-type") && headers.contains("authorization"));
+        preflight(&named, ("origin", "https://evil.example"), path, method).problem(403);
+    }
+    let written = post(&named, page);
+    assert_eq!(written.status, 201, "{}", written.text());
+    assert_eq!(written.header("access-control-allow-origin"), page.1);
+    post(&named, ("origin", "https://evil.example")).problem(403);
+    let sky = written.header("location").to_owned();
+    let file = format!("{sky}/shadow.f32?size=4");
+    for (path, status) in [(file.as_str(), 200), ("/v1/skies/0", 404), ("/v1/nothing", 404)] {
+        let answer = named.ask("GET", path, &[page], b"");
+        assert_eq!(answer.status, status, "{path}");
+        assert_eq!((answer.header("access-control-allow-origin"), answer.header("vary")), (page.1, "origin"), "{path}");
+        assert!(HEADERS.iter().all(|name| answer.header("access-control-expose-headers").contains(name)));
+        let other = named.ask("GET", path, &[("origin", "https://evil.example")], b"");
+        assert!(!other.headers.contains_key("access-control-allow-origin"), "{path}");
+        // A cache has to know that replies differ.
+        assert_eq!(other.header("vary"), "origin", "{path}");
+    }
+    drop(named);
+
+    // A key does not come with a preflight request; everybody may read, and write with a key.
+    let key =
+        format!("keys = [{{ name = \"ci\", sha256 = {:?}, rights = [\"read\", \"register\"] }}]", sha256_hex(b"ci"));
+    let open = Server::with_settings(data.path(), &format!("[access]\ncors = [\"*\"]\n{key}\n"));
+    assert_eq!(preflight(&open, page, "/v1/skies", "POST").status, 204);
+    assert_eq!(post(&open, page).problem(403)["type"], "/problems/forbidden");
+    let refused = open.ask("GET", "/v1/limits", &[page], b"");
+    assert_eq!((refused.status, refused.header("access-control-allow-origin")), (401, "*"));
+    let with_key = [page, ("authorization", "Bearer ci")];
+    let answer = open.ask("GET", "/v1/limits", &with_key, b"");
+    assert_eq!((answer.status, answer.header("access-control-allow-origin")), (200, "*"));
+    assert!(!answer.headers.contains_key("vary"));
+    let json = [&with_key[..], &[("content-type", "application/json"), ("sec-fetch-site", "cross-site")]].concat();
+    let sky = open.ask("POST", "/v1/skies", &json, scene().to_string().as_bytes()).header("location").to_owned();
+    let events =
+        open.ask("GET", &format!("{sky}/frames?count=1"), &[page, with_key[1], ("accept", "text/event-stream")], b"");
+    assert_eq!((events.status, events.header("access-control-allow-origin")), (200, "*"));
+    assert!(events.text().contains("event: frame"));
+}

@@ -14,5 +14,6 @@ mod images;
 mod jobs;
 mod lifecycle;
 mod observed;
+mod points;
 mod sun;
 mod textures;

@@ -135,7 +135,7 @@ mod tests {
     #[test]
     #[should_panic(expected = "1 of 2 beyond")]
     fn fails_on_a_difference_where_none_is_allowed() {
-        census("exact", &[1.0, 2.0], &[1.0, 2.0 + 1e-12], &[0.0, 0.0]);
+        census("exact", &[1.0, 2.0], &[1.0, 2.0 + 1e-12], &[0.0, 0.0], 0.0);
     }
 
     #[test]

@@ -10,8 +10,9 @@ pub struct Access {
     pub anonymous: Vec<Right>,
     /// Host names by which requests without a key may write, beside those of this machine, the one listened on, and addresses.
     pub hosts: Vec<String>,
-    /// Origins of web pages, such as `https://example.org`, that may write beside the server's own.
-    pub origins: Vec<String>,
+    /// Origins of web pages, such as `https://example.org`, that may use this server beside its own: read what it answers, and
+    /// write. `*` lets those of all origins read, and write with a key.
+    pub cors: Vec<String>,
     /// The keys.
     pub keys: Vec<Key>,
 }

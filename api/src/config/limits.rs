@@ -31,7 +31,9 @@ pub struct Limits {
     pub upload_memory_bytes: u64,
     /// Bytes of replies in memory at a time, until they are sent.
     pub reply_memory_bytes: u64,
-    /// Streams of events open at a time; each holds one of `server.connections`.
+    /// Times x points of one series of light at points.
+    pub series_values: u64,
+    /// Streams of events and series open at a time; each holds one of `server.connections`.
     pub streams: usize,
 }
 
@@ -96,6 +98,7 @@ impl Default for Limits {
             image_store_bytes: 4 << 30,
             upload_memory_bytes: 512 << 20,
             reply_memory_bytes: 2 << 30,
+            series_values: 20_000,
             streams: 256,
         }
     }

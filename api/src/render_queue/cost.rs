@@ -12,7 +12,7 @@ const CUMULUS: f64 = 8.0;
 /// layers, though they may be there already.
 pub(super) fn cost(job: &Job) -> f64 {
     let (scene, request) = (job.scene(), job.request());
-    let [across, down] = request.texels(scene).map(f64::from);
+    let [across, down] = job.texels().map(f64::from);
     let field = f64::from(field_resolution(scene, request));
     let layers = scene.layer_count() as f64;
     let depth = layers.max(1.0) + if scene.cumulus().is_some() { CUMULUS } else { 0.0 };

@@ -91,7 +91,7 @@ export function showCompared(table, a, b, planA, planB) {
     ...stages.map((stage) => rowOf(cell("th", stage), ...[planA, planB].map((plan) => { const at = choice(plan, stage); return cell("td", at ? at.choice : "–", at ? percent(at.error) : ""); }))));
 }
 
-const FORMATS = ["exr", "png", "f32"];
+const FORMATS = ["exr", "hdr", "png", "ktx2", "dds", "f16", "f32"];
 const FILES = [["sky", 3, "panorama"], ["cloud", 4, "radiance and alpha"], ["shadow", 1, "of the sun’s beam"], ["irradiance", 3, "of the ground"], ["thickness", 1, "metres"], ["compass", 3, "to test an engine"]];
 const bytes = (n) => (n > 1e6 ? `${(n / 1e6).toFixed(1)} MB` : `${Math.round(n / 1e3)} kB`);
 
@@ -99,7 +99,7 @@ export function showFiles(table, sky, size, queryOf) {
   const rows = FILES.map(([texture, channels, meaning]) => {
     const wide = texture === "sky" || texture === "compass" ? 2 * size : size;
     const links = document.createElement("td");
-    for (const format of FORMATS) {
+    for (const format of FORMATS.filter((format) => format !== "hdr" || channels < 4)) {
       const link = document.createElement("a");
       link.href = `/v1/skies/${sky.id}/${texture}.${format}?${new URLSearchParams(queryOf(texture))}`;
       link.download = `${texture}.${format}`;

@@ -1,0 +1,104 @@
+//! KTX2 (Khronos, KTX File Format Specification 2.0), without supercompression. Written here, as the crates that are kept read it
+//! alone.
+
+use super::metadata::Metadata;
+use super::openexr::Depth;
+use super::packed::{DeviceTexture, Layout};
+
+const IDENTIFIER: [u8; 12] = [0xAB, b'K', b'T', b'X', b' ', b'2', b'0', 0xBB, b'\r', b'\n', 0x1A, b'\n'];
+/// Bytes of identifier, header and index.
+const HEAD: usize = 80;
+/// Bytes of the place of a level.
+const PLACE: usize = 24;
+
+/// `VkFormat`, and the size of the numbers that a texel consists of, bytes.
+fn format(layout: Layout) -> [u32; 2] {
+    match layout {
+        Layout::Single(Depth::Half) => [76, 2],
+        Layout::Single(Depth::Float) => [100, 4],
+        Layout::Four(Depth::Half) => [97, 2],
+        Layout::Four(Depth::Float) => [109, 4],
+        Layout::Rgb9e5 => [123, 4],
+    }
+}
+
+pub(super) fn file(texture: &DeviceTexture, metadata: &Metadata) -> Vec<u8> {
+    let (descriptor, words) = (descriptor(texture), words(metadata));
+    let count = texture.levels.len();
+    let faces = texture.levels.first().map_or(1, Vec::len) as u32;
+    let dfd = HEAD + PLACE * count;
+    let kvd = dfd + descriptor.len();
+    let [format, number_bytes] = format(texture.layout);
+    let mut file = IDENTIFIER.to_vec();
+    let mut put = |numbers: &[u32]| numbers.iter().for_each(|number| file.extend(number.to_le_bytes()));
+    put(&[format, number_bytes, texture.width, texture.height, 0, 0, faces, count as u32, 0]);
+    put(&[dfd as u32, descriptor.len() as u32, kvd as u32, words.len() as u32]);
+    // No global data of a supercompression.
+    put(&[0; 4]);
+    let places = file.len();
+    file.resize(places + PLACE * count, 0);
+    file.extend_from_slice(&descriptor);
+    file.extend_from_slice(&words);
+    // The smallest level comes first, so that a reader shows something early.
+    let step = texture.layout.bytes().max(4);
+    for (level, faces) in texture.levels.iter().enumerate().rev() {
+        file.resize(file.len().next_multiple_of(step), 0);
+        let begin = file.len() as u64;
+        faces.iter().for_each(|face| file.extend_from_slice(face));
+        let length = file.len() as u64 - begin;
+        let place = places + PLACE * level;
+        if let Some(place) = file.get_mut(place..place + PLACE) {
+            place.copy_from_slice([begin, length, length].map(u64::to_le_bytes).as_flattened());
+        }
+    }
+    file
+}
+
+/// The data format descriptor: linear light in the primaries of Rec.709.
+fn descriptor(texture: &DeviceTexture) -> Vec<u8> {
+    /// Bits of a channel's kind: a float, with a sign, an exponent.
+    const FLOAT: u32 = 0x80 | 0x40;
+    const EXPONENT: u32 = 0x20;
+    const ALPHA: u32 = 15;
+    let (minus_one, one) = ((-1.0_f32).to_bits(), 1.0_f32.to_bits());
+    // First bit, bits, channel, and the values that stand for -1 (or 0) and 1.
+    let samples: Vec<[u32; 5]> = match texture.layout {
+        Layout::Single(depth) => vec![[0, depth.bits(), FLOAT, minus_one, one]],
+        Layout::Four(depth) => [0, 1, 2, ALPHA]
+            .into_iter()
+            .enumerate()
+            .map(|(i, channel)| [i as u32 * depth.bits(), depth.bits(), channel | FLOAT, minus_one, one])
+            .collect(),
+        // The specification's example of a shared exponent: 1 is 8448, an exponent of 15 is none.
+        Layout::Rgb9e5 => [0, 1, 2]
+            .into_iter()
+            .flat_map(|channel| [[9 * channel, 9, channel, 0, 8448], [27, 5, channel | EXPONENT, 15, 31]])
+            .collect(),
+    };
+    let block = 24 + 16 * samples.len() as u32;
+    let (model_rgbsda, primaries_bt709, transfer_linear) = (1, 1 << 8, 1 << 16);
+    let premultiplied = u32::from(texture.premultiplied == Some(true)) << 24;
+    let colours = model_rgbsda | primaries_bt709 | transfer_linear | premultiplied;
+    // Version 2; texels stand alone; bytes in the first plane.
+    let mut numbers = vec![4 + block, 0, 2 | block << 16, colours, 0, texture.layout.bytes() as u32, 0];
+    for [first, bits, channel, low, high] in samples {
+        numbers.extend([first | (bits - 1) << 16 | channel << 24, 0, low, high]);
+    }
+    numbers.into_iter().flat_map(u32::to_le_bytes).collect()
+}
+
+/// Names with their words.
+fn words(metadata: &Metadata) -> Vec<u8> {
+    let own = metadata.in_words().into_iter().map(|(name, value)| (format!("skyloom:{name}"), value));
+    let writer = format!("skyloom {}", metadata.version);
+    let standard = [("KTXorientation".to_owned(), "rd".to_owned()), ("KTXwriter".to_owned(), writer)];
+    let mut bytes = Vec::new();
+    // Sorted by name, as the format wants them.
+    for (name, value) in standard.into_iter().chain(own) {
+        let entry = [name.as_bytes(), &[0], value.as_bytes(), &[0]].concat();
+        bytes.extend((entry.len() as u32).to_le_bytes());
+        bytes.extend_from_slice(&entry);
+        bytes.resize(bytes.len().next_multiple_of(4), 0);
+    }
+    bytes
+}

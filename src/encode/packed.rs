@@ -1,0 +1,131 @@
+//! Texels as a graphics device takes them: faces of a cube apart, mip levels, four channels where there are colours.
+
+use half::f16;
+use rayon::prelude::*;
+
+use super::channels::channels;
+use super::encoded::Encoded;
+use super::error::EncodeError;
+use super::metadata::Metadata;
+use super::mips::{Level, levels};
+use super::openexr::Depth;
+use super::output::{Alpha, Coding, Container, Packed};
+use super::pixels::Pixels;
+use super::precision::check_half;
+use super::shared::{check, rgb9e5};
+use super::{dds, ktx2};
+
+/// Faces of a cube.
+const FACES: usize = 6;
+
+/// A texture in the layout of a device, before its container.
+pub(super) struct DeviceTexture {
+    /// Of the first level of a face.
+    pub(super) width: u32,
+    pub(super) height: u32,
+    pub(super) layout: Layout,
+    /// The faces of each level, the largest level first; one face, or those of a cube: +x, -x, +y, -y, +z, -z.
+    pub(super) levels: Vec<Vec<Vec<u8>>>,
+    /// Whether alpha multiplies the colours, if there is alpha.
+    pub(super) premultiplied: Option<bool>,
+}
+
+/// How a texel lies in memory.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Layout {
+    /// One float.
+    Single(Depth),
+    /// Four floats; without alpha the fourth is 1.
+    Four(Depth),
+    /// 32 bits.
+    Rgb9e5,
+}
+
+impl Layout {
+    /// Bytes of a texel.
+    pub(super) fn bytes(self) -> usize {
+        match self {
+            Self::Single(depth) => depth.bits() as usize / 8,
+            Self::Four(depth) => depth.bits() as usize / 2,
+            Self::Rgb9e5 => 4,
+        }
+    }
+}
+
+/// A KTX2 or DDS file.
+///
+/// # Errors
+/// Values that the coding cannot hold.
+pub(super) fn to_packed(pixels: &Pixels<'_>, metadata: &Metadata, packed: &Packed) -> Result<Encoded, EncodeError> {
+    pixels.check()?;
+    let channels_of_texel = pixels.channels.len();
+    let (layout, bits) = match packed.coding {
+        Coding::Rgb9e5 => {
+            check(pixels, true)?;
+            (Layout::Rgb9e5, 9)
+        }
+        Coding::Float(depth) => {
+            if depth == Depth::Half {
+                check_half(&channels(pixels), pixels.width, metadata.scale, "depth 32")?;
+            }
+            (if channels_of_texel == 1 { Layout::Single(depth) } else { Layout::Four(depth) }, depth.bits())
+        }
+    };
+    let faces = if metadata.projection.as_deref() == Some("cube") { FACES } else { 1 };
+    let (width, height) = (pixels.width as usize, pixels.height as usize / faces);
+    let straight = pixels.alpha == Alpha::Straight;
+    let mut packed_levels: Vec<Vec<Vec<u8>>> = Vec::new();
+    for face in pixels.data.chunks(width * height * channels_of_texel) {
+        let all = if packed.mips {
+            levels(Level { width, height, data: face.to_vec() }, channels_of_texel, straight)
+        } else {
+            vec![Level { width, height, data: face.to_vec() }]
+        };
+        packed_levels.resize(all.len(), Vec::new());
+        for (faces, level) in packed_levels.iter_mut().zip(&all) {
+            faces.push(pack(&level.data, channels_of_texel, layout));
+        }
+    }
+    let texture = DeviceTexture {
+        width: pixels.width,
+        // A part of a height.
+        height: height as u32,
+        layout,
+        levels: packed_levels,
+        premultiplied: pixels.channels.contains(&"A").then_some(!straight),
+    };
+    let bytes = match packed.container {
+        Container::Ktx2 => ktx2::file(&texture, metadata),
+        Container::Dds => dds::file(&texture),
+    };
+    Ok(Encoded { bytes, bits, reason: None })
+}
+
+/// The bytes of texels.
+fn pack(data: &[f32], channels: usize, layout: Layout) -> Vec<u8> {
+    let four = |texel: &[f32]| match *texel {
+        [r, g, b, a] => [r, g, b, a],
+        [r, g, b] => [r, g, b, 1.0],
+        _ => [texel.first().copied().unwrap_or(0.0); 4],
+    };
+    let texels = data.par_chunks(channels);
+    match layout {
+        Layout::Single(Depth::Half) => {
+            data.par_iter().flat_map_iter(|value| f16::from_f32(*value).to_le_bytes()).collect()
+        }
+        Layout::Single(Depth::Float) => data.par_iter().flat_map_iter(|value| value.to_le_bytes()).collect(),
+        Layout::Four(Depth::Half) => texels
+            .flat_map_iter(|texel| four(texel).map(|v| f16::from_f32(v).to_le_bytes()).into_iter().flatten())
+            .collect(),
+        Layout::Four(Depth::Float) => {
+            texels.flat_map_iter(|texel| four(texel).map(f32::to_le_bytes).into_iter().flatten()).collect()
+        }
+        Layout::Rgb9e5 => {
+            let colour = |texel: &[f32]| {
+                let [r, g, b, _] = four(texel);
+                rgb9e5([r, g, b]).to_le_bytes()
+            };
+            texels.flat_map_iter(colour).collect()
+        }
+    }
+}
