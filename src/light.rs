@@ -8,6 +8,7 @@
 
 mod between;
 mod inputs;
+mod lattice;
 mod plan;
 mod sunlight;
 
@@ -19,6 +20,8 @@ use std::time::Instant;
 
 pub use between::{ColumnMaps, Energy};
 pub(crate) use inputs::{LayerInputs, LightInputs};
+pub(crate) use lattice::LatticeInputs;
+pub use lattice::LatticeMaps;
 pub(crate) use plan::{Grids, LayerShape, SceneShape, grids, shift_uv};
 pub(crate) use sunlight::SunMaps;
 pub use sunlight::blur;

@@ -41,6 +41,7 @@ fn colour(transport: Transport) -> RGBColor {
         Transport::Tilted => ORANGE,
         Transport::Entry => GREEN,
         Transport::Blended => BLUE,
+        Transport::Lattice => BLACK,
     }
 }
 

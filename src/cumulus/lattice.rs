@@ -6,6 +6,8 @@
 
 mod cells;
 mod coarse;
+mod columns;
+mod fluxes;
 mod grid;
 mod level;
 mod lighting;
@@ -18,6 +20,8 @@ mod sweep;
 use super::volume::Volume;
 use cells::Cells;
 use coarse::Coarse;
+pub use columns::Columns;
+pub use fluxes::Fluxes;
 use grid::Grid;
 use half::f16;
 pub use lighting::Lighting;

@@ -111,6 +111,12 @@ impl<'a> Sweep<'a> {
         State(std::array::from_fn(|k| (rising[i].0[k] + sinking[i].0[k]) + beside[i].0[k]))
     }
 
+    /// What left after the last run, weighted as flux, of each column of cubes: down through the lowest face, and up.
+    pub(super) fn exits(&self, border: &Border) -> [Vec<Vec4>; 2] {
+        let [up, down] = &self.rises;
+        [down.exits(border), up.exits(border)]
+    }
+
     /// One iteration: the state of all cubes of the set, and what leaves.
     pub(super) fn all(mut self, cloud: &Cloud, border: &Border, state: &[State]) -> (Vec<State>, Leaving) {
         self.run(cloud, border, state);
