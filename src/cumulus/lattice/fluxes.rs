@@ -60,7 +60,7 @@ fn solve<E>(
     let lighting = Lighting { above: [0.0; 3], below: [0.0; 3], ..*lighting };
     let (cells, dense) = columns.cells(&lighting, grid);
     look()?;
-    let border = Border::new(&dense);
+    let border = Border::new(&dense).without_gaps();
     let settled = settle(&cells, &dense, &border, enough, look)?;
     let mut sweep = Sweep::new(grid, &cells.cloud.set);
     sweep.run(&cells.cloud, &border, &settled.state);

@@ -2,7 +2,7 @@
 
 use super::cells::{Cloud, Set};
 use super::grid::Grid;
-use super::sweep::{Border, EDGE, State, follow};
+use super::sweep::{Border, EDGE, State};
 use glam::Vec4;
 use rayon::prelude::*;
 
@@ -105,7 +105,7 @@ impl Slice<'_> {
             let cloudy = self.clouds[number as usize] as usize;
             let Some(&density) = self.cloud.densities.get(cloudy) else { continue };
             let at = place(number);
-            left *= follow(before.unwrap_or(at + 1) - at, self.cell_m)
+            left *= self.border.follow(before.unwrap_or(at + 1) - at, self.cell_m)
                 * self.cloud.passages.of(density)[0].transmittance;
             count += 1;
             before = Some(at);
@@ -124,7 +124,7 @@ impl Slice<'_> {
             && let (Some(first), Some(last)) = (before, last)
         {
             // The whole row leaves some of what it came in with: so it does each time round.
-            let round = left * follow(first + size - last, self.cell_m);
+            let round = left * self.border.follow(first + size - last, self.cell_m);
             light.radiance = beyond + (light.radiance - beyond) / (Vec4::ONE - round).max(Vec4::splat(LEAST));
         }
         for &number in row {
@@ -145,7 +145,7 @@ impl Slice<'_> {
                 if steps == 1 {
                     light.radiance
                 } else {
-                    beyond + follow(steps, self.cell_m) * (light.radiance - beyond)
+                    beyond + self.border.follow(steps, self.cell_m) * (light.radiance - beyond)
                 }
             }
         };

@@ -2,7 +2,7 @@
 
 use super::cells::{Cloud, Set};
 use super::grid::Grid;
-use super::sweep::{Border, DIAGONAL, EDGE, State, follow};
+use super::sweep::{Border, DIAGONAL, EDGE, State};
 use glam::{DVec4, Vec4};
 
 /// Which way light goes.
@@ -79,7 +79,7 @@ impl Rise {
             }
             let steps = now - last;
             let passing = lines.passing[line];
-            if steps == 1 { passing } else { beyond + follow(steps, length_m) * (passing - beyond) }
+            if steps == 1 { passing } else { beyond + border.follow(steps, length_m) * (passing - beyond) }
         };
         let mut means = [Vec4::ZERO; 5];
         if let Some(of) = state.get(cloudy as usize) {
@@ -138,7 +138,7 @@ impl Rise {
                     (Way::Down, None) => (border.above, [x, y], -1),
                     (Way::Up, Some(z)) => (*passing, [add(x, i * z as i32, nx), add(y, j * z as i32, ny)], 1),
                     (Way::Down, Some(steps)) => {
-                        let follow = follow(nz - steps, length_m * self.cell_m);
+                        let follow = border.follow(nz - steps, length_m * self.cell_m);
                         (border.above + follow * (*passing - border.above), [x, y], -1)
                     }
                 };
