@@ -59,6 +59,7 @@ pub(crate) struct Lit {
     /// Lowest first.
     pub(crate) maps: Vec<SunMaps>,
     pub(crate) columns: Vec<ColumnMaps>,
+    pub(crate) lattices: Vec<Option<Arc<LatticeMaps>>>,
     pub(crate) shares: Vec<Share>,
     /// Of the ground, on the exchange grid.
     pub(crate) albedo: HostMap,
@@ -86,5 +87,6 @@ pub(crate) fn light(gpu: &Gpu, inputs: &LightInputs<'_>, deadline: Option<Instan
     });
     let gathered = upload("gathered", &between.gathered, inputs.air.ground_diffuse);
     let light = Light { layers: layers.collect(), gathered, energy: between.energy };
-    Ok(Lit { maps, columns, shares: between.shares, albedo: inputs.albedo.clone(), light: Arc::new(light) })
+    let lattices = inputs.layers.iter().map(|layer| layer.lattice.clone()).collect();
+    Ok(Lit { maps, columns, lattices, shares: between.shares, albedo: inputs.albedo.clone(), light: Arc::new(light) })
 }

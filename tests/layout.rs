@@ -8,8 +8,8 @@ use naga::valid::{Capabilities, ValidationFlags, Validator};
 use naga::{Expression, Literal, Module, ShaderStage, TypeInner};
 use skyloom::cumulus::{self, dressed};
 use skyloom::gpu::layout::{
-    self, Backdrop, Blend, Blur, Cells, Cumulus, CumulusSurface, Eddies, Frame, Histogram, Medium, Octaves, Placement,
-    LatticeLight, Remainder, Share, SkyView, Step, Sun, SunMaps, Transfer, View,
+    self, Backdrop, Blend, Blur, Cells, Cumulus, CumulusSurface, Eddies, Frame, Histogram, LatticeLight, Medium,
+    Octaves, Placement, Remainder, Share, SkyView, Step, Sun, SunMaps, Transfer, View,
 };
 use skyloom::gpu::shaders::{self, Shader};
 use skyloom::projection::SphereLayout;

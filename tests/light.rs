@@ -6,12 +6,12 @@ mod common;
 mod uneven;
 
 use common::sky::Sky;
-use uneven::{
-    EXTENT_M, G_DIFFUSE, G_DIRECT, R_NADIR, Run, SIDE, T_DIFFUSE, T_DIRECT, blocks, compare, irradiance, run, scene,
-};
 use serde_json::{Value, json};
 use skyloom::reference::{Map, ground_sun};
 use skyloom::render::Watch;
+use uneven::{
+    G_DIFFUSE, G_DIRECT, R_NADIR, Run, SIDE, T_DIFFUSE, T_DIRECT, blocks, compare, irradiance, run, scene, sum,
+};
 
 const RUNS: [&str; 6] =
     ["overcast_sza00", "overcast_sza60", "overcast_sza80", "broken_sza00", "broken_sza60", "broken_sza80"];
@@ -29,12 +29,6 @@ fn columns(sky: &Sky, run: &Run) -> Vec<f64> {
         })
         .collect();
     blocks(&fine, 1, 0)
-}
-
-fn sum(run: &Run, parts: [usize; 2]) -> (Vec<f64>, f64) {
-    let [a, b] = parts;
-    let light = run.maps[a].iter().zip(&run.maps[b]).map(|(a, b)| a + b).collect();
-    (light, run.noise[a] + run.noise[b])
 }
 
 /// The sun's beam through broken and folded cloud: within 0.01 of the light, root mean square.
@@ -106,8 +100,8 @@ fn light_from_above_shows_the_sunlit_sides() {
             let scale = product / seen.iter().map(|a| a * a).sum::<f64>();
             compare(&seen.iter().map(|light| scale * light).collect::<Vec<_>>(), truth, run.noise[R_NADIR]).0
         };
-        let (columns, blended) = (error("columns"), error("blended"));
-        eprintln!("{name}: {blended:.3}, columns {columns:.3}");
+        let (columns, blended, lattice) = (error("columns"), error("blended"), error("lattice"));
+        eprintln!("{name}: {blended:.3}, columns {columns:.3}, lattice {lattice:.3}");
         assert!(blended < 0.7 * columns, "{name}: {blended}, columns {columns}");
     }
 }

@@ -64,13 +64,16 @@ impl LatticeMaps {
         let (iterations, change) = (fluxes.iterations, fluxes.change);
         tracing::debug!(iterations, change, cell_m = fluxes.cell_m, across = fluxes.across, "lattice of a layer");
         look()?;
+        // A slab under a sun that is as steep to its face as this one is to those of the cloud.
+        let cosine = columns.faced_cosine(lighting.towards_sun, fluxes.cell_m);
+        let faced = Lighting { towards_sun: DVec3::new((1.0 - cosine * cosine).sqrt(), 0.0, cosine), ..lighting };
         let deepest_m = columns.texels.iter().map(|texel| texel[0]).fold(0.0, f32::max);
         let path_m = |node: usize| {
             // The first factor is that of thin cloud.
             let root = (node as f64).max(0.25) / (NODES - 1) as f64;
             root * root * f64::from(deepest_m)
         };
-        let nodes = (0..NODES).into_par_iter().map(|node| factors(inputs, &lighting, path_m(node), fluxes.cell_m));
+        let nodes = (0..NODES).into_par_iter().map(|node| factors(inputs, &faced, path_m(node), fluxes.cell_m));
         let nodes: Vec<[[f32; 3]; 2]> = nodes.collect();
         let rgba = |[r, g, b]: [f32; 3]| [r, g, b, 0.0];
         let map = |width: usize, texels: Vec<[f32; 3]>| HostMap {

@@ -129,7 +129,7 @@ fn passes(gpu: &Gpu, layer: &LayerInputs<'_>, maps: &SunMaps, above: [&Target; 2
     let mut passes = Vec::new();
     let mut add = |shader, binds| passes.push(Pass::new(shader, size, binds));
     let of = |shaders| layer.field.shader(shaders);
-    if let Some(lattice) = layer.lattice {
+    if let Some(lattice) = &layer.lattice {
         add(
             of([&shaders::LATTICE_LIGHT, &shaders::LATTICE_LIGHT_COLUMNS]),
             lattice_binds(gpu, layer, maps, lattice, above),
@@ -140,7 +140,8 @@ fn passes(gpu: &Gpu, layer: &LayerInputs<'_>, maps: &SunMaps, above: [&Target; 2
             binds![frame, thickness, bounds, repeat, &maps.entry.levels[0]],
         );
         if layer.blur_texels >= LEAST_BLUR {
-            for (axis, from, to) in [([1, 0], &maps.entry, &maps.half_blurred), ([0, 1], &maps.half_blurred, &maps.blurred)]
+            for (axis, from, to) in
+                [([1, 0], &maps.entry, &maps.half_blurred), ([0, 1], &maps.half_blurred, &maps.blurred)]
             {
                 let uniform = gpu.uniform("blur", &blur(axis, layer.blur_texels));
                 add(&shaders::BLUR, binds![&uniform, from, &to.levels[0]]);

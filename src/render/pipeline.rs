@@ -4,10 +4,10 @@
 use super::cumulus_kept::CumulusKept;
 use super::file::check_eye;
 use super::kept::Kept;
-use super::keys::{BeamKey, FieldKey, LatticeKey, LightKey, MixKey, SlabKey, SourceKey};
+use super::keys::{BeamKey, FieldKey, LightKey, MixKey, SlabKey, SourceKey};
+use super::lattices_kept::LatticesKept;
 use super::sky::{SkyJob, SkyKept};
 use super::stages::SkyStages;
-use crate::cumulus::dressed::Scattering;
 use crate::field::{self, ColumnMap, Field, Given, Source};
 use crate::frame;
 use crate::gpu::layout::{Frame, View};
@@ -15,8 +15,8 @@ use crate::gpu::{Gpu, HostMap};
 use crate::ground::GroundMap;
 use crate::image::MissingImage;
 use crate::job::{Job, RenderError, Watch};
-use crate::light::{self, LatticeInputs, LatticeMaps, Light, LightInputs, Lit};
-use crate::method::{Reference, SlabMethod, Transport};
+use crate::light::{self, LatticeMaps, Light, LightInputs, Lit};
+use crate::method::{Reference, SlabMethod};
 use crate::moment::Moment;
 use crate::plan::field_resolution;
 use crate::projection::Projection;
@@ -50,7 +50,7 @@ pub(super) struct Pipeline {
     sources: Kept<SourceKey, Arc<Mutex<Source>>>,
     fields: Kept<FieldKey, Arc<Field>>,
     slabs: Kept<SlabKey, SlabLight>,
-    lattices: Kept<LatticeKey, Option<Arc<LatticeMaps>>>,
+    lattices: LatticesKept,
     lights: Kept<LightKey, Arc<Light>>,
     beams: Kept<BeamKey, Arc<GroundSun>>,
     skies: SkyKept,
@@ -144,7 +144,7 @@ impl Pipeline {
             sources: Kept::new(KEPT_SOURCES),
             fields: Kept::new(KEPT),
             slabs: Kept::new(KEPT),
-            lattices: Kept::new(KEPT),
+            lattices: LatticesKept::new(KEPT),
             lights: Kept::new(KEPT),
             beams: Kept::new(KEPT_BEAMS),
             skies: SkyKept::new(),
@@ -322,7 +322,8 @@ impl Pipeline {
         keep: Keep,
     ) -> Result<(Arc<Light>, Option<Lit>), RenderError> {
         let Self { gpu, lattices, lights, .. } = self;
-        let mut lit = || lit(gpu, job, watch, run, frames, &lattices_of(gpu, lattices, job, watch, run)?);
+        let mut lit =
+            || lit(gpu, job, watch, run, frames, &lattices.of_layers(gpu, job, watch, &run.fields, &run.moment)?);
         match keep {
             Keep::Texels => {
                 let light = lights.get_or(LightKey::new(job, &run.moment), || Ok::<_, RenderError>(lit()?.light))?;
@@ -334,38 +335,6 @@ impl Pipeline {
             }
         }
     }
-}
-
-/// The lattice of each layer that has one: an even layer is a slab, whose light is exact without.
-fn lattices_of(
-    gpu: &Gpu,
-    kept: &mut Kept<LatticeKey, Option<Arc<LatticeMaps>>>,
-    job: &Job,
-    watch: &Watch,
-    run: &Run,
-) -> Result<Vec<Option<Arc<LatticeMaps>>>, RenderError> {
-    let moment = &run.moment;
-    let wanted = moment.plan.transport == Transport::Lattice && moment.illumination.is_day();
-    let of = |(number, field): (usize, &Arc<Field>)| {
-        if !wanted || field.is_uniform() {
-            return Ok(None);
-        }
-        kept.get_or(LatticeKey::new(job, moment, number), || {
-            let tables = &job.tables()[number];
-            let inputs = LatticeInputs {
-                map: &gpu.read_map(&field.thickness, 0, watch.deadline)?,
-                extent_m: moment.extent_m,
-                density: field.density,
-                extinction_per_m: moment.layers[number].extinction_per_m,
-                scattering: tables.channels.each_ref().map(Scattering::new),
-                towards_sun: moment.illumination.towards_sun,
-                slant_cosine: moment.slant_cosine(),
-                fluxes: &tables.fluxes,
-            };
-            Ok(LatticeMaps::new(&inputs, &|| watch.look())?.map(Arc::new))
-        })
-    };
-    run.fields.iter().enumerate().map(of).collect()
 }
 
 /// The light of a moment, and what lies on the way to it.
@@ -388,7 +357,7 @@ fn lit(
             let (fluxes, forward) = (&job.tables()[number].fluxes, moment.layers[number].forward);
             [0, 1, 2].map(|c| AngleSlice::new(&fluxes[c], moment.slant_cosine(), forward[c]))
         }),
-        lattice: lattices[number].as_deref(),
+        lattice: lattices[number].clone(),
         blur_texels: moment.layers[number].blur_texels,
     };
     let layers: Vec<_> = (0..moment.layers.len()).map(layer).collect();

@@ -19,6 +19,7 @@ pub(crate) const T_DIRECT: usize = 0;
 pub(crate) const T_DIFFUSE: usize = 1;
 pub(crate) const G_DIRECT: usize = 2;
 pub(crate) const G_DIFFUSE: usize = 3;
+pub(crate) const R_PLANE: usize = 4;
 pub(crate) const R_NADIR: usize = 6;
 
 /// From the files' order, the first index along x, to rows from the north.
@@ -83,4 +84,11 @@ pub(crate) fn irradiance(sky: &mut Sky, scene: &Value, run: &Run, query: &[(&str
     let texture = sky.render(scene, "irradiance", &[query, &[("size", "512")]].concat());
     let horizontal = run.zenith_deg.to_radians().cos();
     blocks(&texture.data, 3, 1).into_iter().map(|light| light / horizontal).collect()
+}
+
+/// The sum of two maps, and its noise.
+pub(crate) fn sum(run: &Run, parts: [usize; 2]) -> (Vec<f64>, f64) {
+    let [a, b] = parts;
+    let light = run.maps[a].iter().zip(&run.maps[b]).map(|(a, b)| a + b).collect();
+    (light, run.noise[a] + run.noise[b])
 }

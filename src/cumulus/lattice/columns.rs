@@ -17,10 +17,10 @@ const ACROSS: f64 = 8.0;
 /// Cubes of the whole domain, about at most: what two cores solve in a second.
 const MAX_CELLS: f64 = 2.5e5;
 /// Steps of the sun's rays in a cube's height, and their lines along each side of it, at most.
-const STEPS: usize = 10;
-const MAX_LINES: f64 = 5.0;
+const STEPS: usize = 8;
+const MAX_LINES: f64 = 4.0;
 /// Steps of all lines, about at most.
-const MAX_WORK: f64 = 3e7;
+const MAX_WORK: f64 = 2e7;
 /// Optical depth towards the sun, after the forward peak counts as not scattered, beyond which nothing arrives.
 const DARK: f32 = 15.0;
 /// A column is no thinner where it has cloud, metres: what its depth is divided by.
@@ -51,8 +51,35 @@ impl Columns {
 
     /// Greatest extinction, relative.
     fn most(&self) -> f64 {
-        let density = |texel: &[f32; 3]| if texel[0] > 0.0 { texel[0] / (texel[1] - texel[2]).max(LEAST_M) } else { 0.0 };
+        let density =
+            |texel: &[f32; 3]| if texel[0] > 0.0 { texel[0] / (texel[1] - texel[2]).max(LEAST_M) } else { 0.0 };
         f64::from(self.texels.iter().map(density).fold(0.0, f32::max)).max(1e-9)
+    }
+
+    /// Cosine between the sun and what it falls on, in the mean over the light that falls there: of an even layer that of the sun's zenith,
+    /// of one with slopes, taken over a length, that of a slab whose light enters as steeply. No less than that of the zenith.
+    pub fn faced_cosine(&self, towards_sun: DVec3, over_m: f64) -> f64 {
+        let [width, height] = self.size;
+        let apart = |count: usize| ((over_m / self.extent_m * count as f64).round() as usize).clamp(1, count);
+        let (right, down) = (apart(width), apart(height));
+        let run_m = |apart: usize, count: usize| self.extent_m * apart as f64 / count as f64;
+        let (along_m, across_m) = (run_m(right, width), run_m(down, height));
+        let (mut light, mut sum) = (0.0, 0.0);
+        for y in 0..height {
+            for x in 0..width {
+                let [own, east, south] = [[x, y], [(x + right) % width, y], [x, (y + down) % height]]
+                    .map(|[x, y]| &self.texels[y * width + x]);
+                if own[0] <= 0.0 {
+                    continue;
+                }
+                let rise = |other: &[f32; 3], run_m: f64| f64::from(other[1] - own[1]) / run_m;
+                let face = DVec3::new(-rise(east, along_m), -rise(south, across_m), 1.0);
+                let falls = face.dot(towards_sun).max(0.0);
+                light += falls;
+                sum += falls * falls / face.length();
+            }
+        }
+        if light > 0.0 { (sum / light).clamp(towards_sun.z, 1.0) } else { towards_sun.z }
     }
 
     /// The cubes that fill the domain.
@@ -118,7 +145,8 @@ impl<'a> Rays<'a> {
     fn new(columns: &'a Columns, lighting: &Lighting, grid: &'a Grid) -> Self {
         let DVec3 { x, y, z } = lighting.towards_sun;
         let kept = |c: usize| {
-            (lighting.scattering[c].kept * lighting.extinction_per_m[c] / lighting.extinction_per_m[1].max(1e-12)) as f32
+            (lighting.scattering[c].kept * lighting.extinction_per_m[c] / lighting.extinction_per_m[1].max(1e-12))
+                as f32
         };
         let texel_m = columns.extent_m / columns.size[0].max(columns.size[1]) as f64;
         let levels = (grid.count() * STEPS) as f64;

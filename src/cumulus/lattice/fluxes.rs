@@ -3,8 +3,8 @@
 use super::columns::Columns;
 use super::grid::Grid;
 use super::lighting::Lighting;
+use super::settle::{Enough, settle};
 use super::sweep::{Border, Sweep};
-use super::{Enough, settle};
 use glam::Vec4;
 use std::convert::Infallible;
 use std::f64::consts::PI;
@@ -35,14 +35,14 @@ impl Fluxes {
     /// Those of `look`.
     pub fn solve<E>(columns: &Columns, lighting: &Lighting, look: &dyn Fn() -> Result<(), E>) -> Result<Self, E> {
         let grid = columns.grid(lighting.extinction_per_m[1]);
-        solve(columns, &grid, lighting, Enough::FINE, look)
+        solve(columns, &grid, lighting, look)
     }
 
     /// Down and up through a slab of so much thickness by optical depth and a relative extinction, in cubes of this side.
     pub fn even(path_m: f64, density: f64, cell_m: f64, lighting: &Lighting) -> [[f32; 3]; 2] {
         let columns = Columns::even(path_m, density);
         let look: &dyn Fn() -> Result<(), Infallible> = &|| Ok(());
-        match solve(&columns, &columns.with(1, cell_m), lighting, Enough::COARSE, look) {
+        match solve(&columns, &columns.with(1, cell_m), lighting, look) {
             Ok(fluxes) => [fluxes.down[0], fluxes.up[0]],
             Err(never) => match never {},
         }
@@ -53,7 +53,6 @@ fn solve<E>(
     columns: &Columns,
     grid: &Grid,
     lighting: &Lighting,
-    enough: Enough,
     look: &dyn Fn() -> Result<(), E>,
 ) -> Result<Fluxes, E> {
     look()?;
@@ -61,11 +60,12 @@ fn solve<E>(
     let (cells, dense) = columns.cells(&lighting, grid);
     look()?;
     let border = Border::new(&dense).without_gaps();
-    let settled = settle(&cells, &dense, &border, enough, look)?;
+    let settled = settle(&cells, &dense, &border, Enough::EXACT, look)?;
     let mut sweep = Sweep::new(grid, &cells.cloud.set);
     sweep.run(&cells.cloud, &border, &settled.state);
     let sun = lighting.sun.map(|sun| (4.0 * PI / (sun * lighting.towards_sun.z)) as f32);
-    let parts = |light: Vec<Vec4>| light.iter().map(|light| [light.x * sun[0], light.y * sun[1], light.z * sun[2]]).collect();
+    let parts =
+        |light: Vec<Vec4>| light.iter().map(|light| [light.x * sun[0], light.y * sun[1], light.z * sun[2]]).collect();
     let [down, up] = sweep.exits(&border).map(parts);
     let (iterations, change) = (settled.iterations, settled.change);
     Ok(Fluxes { across: grid.size[0], cell_m: grid.cell_m, down, up, iterations, change })
