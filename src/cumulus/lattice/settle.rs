@@ -21,7 +21,7 @@ impl Enough {
     /// A coarser lattice costs an eighth, and what it is wrong by in the large stays.
     const COARSE: Self = Self { change: 3e-4, iterations: 40 };
     /// What is compared with an exact slab, which deep layers take more iterations to.
-    pub(super) const EXACT: Self = Self { change: 2e-4, iterations: 40 };
+    pub(super) const EXACT: Self = Self { change: 5e-5, iterations: 40 };
 }
 
 /// Light in the cubes of cloud.
