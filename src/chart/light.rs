@@ -273,10 +273,10 @@ impl Lit<'_> {
 
     /// Milliseconds of stage "light" with each transport: the median. They take turns, so that all see the same load.
     fn times(&mut self, progress: &dyn Fn(f64)) -> Result<[f64; TRANSPORTS], ChartError> {
-        let scene = timed_scene()?;
         let mut times = [(); TRANSPORTS].map(|()| Vec::new());
-        // The first round makes tables and field. The wind makes a new light of every round.
+        // The first round makes the tables. Wind and sun make a new light of every round.
         for round in 0..=ROUNDS {
+            let scene = timed_scene(round)?;
             for ((name, _), times) in Transport::ALL.iter().zip(&mut times) {
                 let time = round.to_string();
                 let job = self.job(&scene, "irradiance", SIDE, &[("transport", name), ("time", &time)])?;
