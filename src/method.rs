@@ -173,7 +173,7 @@ impl Transport {
             Self::Tilted => 0.43,
             Self::Entry => 0.60,
             Self::Blended => 0.34,
-            Self::Lattice => 0.15,
+            Self::Lattice => 0.14,
         }
     }
 }

@@ -277,6 +277,10 @@ impl Lit<'_> {
         // The first round makes the tables. Wind and sun make a new light of every round.
         for round in 0..=ROUNDS {
             let scene = timed_scene(round)?;
+            // What all transports need of a new sun is made before the first one is timed.
+            let later = (ROUNDS + 1).to_string();
+            let job = self.job(&scene, "irradiance", SIDE, &[("transport", "columns"), ("time", &later)])?;
+            self.device.renderer.render(&job, &Watch::default())?;
             for ((name, _), times) in Transport::ALL.iter().zip(&mut times) {
                 let time = round.to_string();
                 let job = self.job(&scene, "irradiance", SIDE, &[("transport", name), ("time", &time)])?;
