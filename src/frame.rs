@@ -63,7 +63,7 @@ pub(crate) fn frame(moment: &Moment, number: usize) -> Frame {
                 // No sun, no rays to follow.
                 _ if !light.is_day() => 1,
                 Transport::Columns => 1,
-                Transport::Tilted => 2,
+                Transport::Tilted | Transport::Lattice => 2,
                 Transport::Entry | Transport::Blended => 0,
             },
         },

@@ -8,6 +8,7 @@
 
 mod between;
 mod inputs;
+mod lattice;
 mod plan;
 mod sunlight;
 
@@ -19,6 +20,8 @@ use std::time::Instant;
 
 pub use between::{ColumnMaps, Energy};
 pub(crate) use inputs::{LayerInputs, LightInputs};
+pub(crate) use lattice::LatticeInputs;
+pub use lattice::LatticeMaps;
 pub(crate) use plan::{Grids, LayerShape, SceneShape, grids, shift_uv};
 pub(crate) use sunlight::SunMaps;
 pub use sunlight::blur;
@@ -56,6 +59,7 @@ pub(crate) struct Lit {
     /// Lowest first.
     pub(crate) maps: Vec<SunMaps>,
     pub(crate) columns: Vec<ColumnMaps>,
+    pub(crate) lattices: Vec<Option<Arc<LatticeMaps>>>,
     pub(crate) shares: Vec<Share>,
     /// Of the ground, on the exchange grid.
     pub(crate) albedo: HostMap,
@@ -83,5 +87,6 @@ pub(crate) fn light(gpu: &Gpu, inputs: &LightInputs<'_>, deadline: Option<Instan
     });
     let gathered = upload("gathered", &between.gathered, inputs.air.ground_diffuse);
     let light = Light { layers: layers.collect(), gathered, energy: between.energy };
-    Ok(Lit { maps, columns, shares: between.shares, albedo: inputs.albedo.clone(), light: Arc::new(light) })
+    let lattices = inputs.layers.iter().map(|layer| layer.lattice.clone()).collect();
+    Ok(Lit { maps, columns, lattices, shares: between.shares, albedo: inputs.albedo.clone(), light: Arc::new(light) })
 }

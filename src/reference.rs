@@ -39,6 +39,7 @@ pub mod field_velocity;
 pub mod frame;
 pub mod ground_sun;
 pub mod irradiance;
+pub mod lattice_light;
 pub mod map;
 pub mod march;
 pub mod monte_carlo;

@@ -9,6 +9,7 @@ mod cumulus_kept;
 mod file;
 mod kept;
 mod keys;
+mod lattices_kept;
 mod pipeline;
 mod sky;
 mod stages;

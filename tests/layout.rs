@@ -8,8 +8,8 @@ use naga::valid::{Capabilities, ValidationFlags, Validator};
 use naga::{Expression, Literal, Module, ShaderStage, TypeInner};
 use skyloom::cumulus::{self, dressed};
 use skyloom::gpu::layout::{
-    self, Backdrop, Blend, Blur, Cells, Cumulus, CumulusSurface, Eddies, Frame, Histogram, Medium, Octaves, Placement,
-    Remainder, Share, SkyView, Step, Sun, SunMaps, Transfer, View,
+    self, Backdrop, Blend, Blur, Cells, Cumulus, CumulusSurface, Eddies, Frame, Histogram, LatticeLight, Medium,
+    Octaves, Placement, Remainder, Share, SkyView, Step, Sun, SunMaps, Transfer, View,
 };
 use skyloom::gpu::shaders::{self, Shader};
 use skyloom::projection::SphereLayout;
@@ -137,6 +137,7 @@ fn host_layouts() -> Vec<(&'static str, Layout)> {
         }),
         host_layout!(CumulusSurface { glow_m, blob_m, ambient, diffuse, bump, corona, reached_m, traps, trap, spare }),
         host_layout!(Blur { axis, radius, sharpness }),
+        host_layout!(LatticeLight { kept, reach }),
         host_layout!(Share { entry_scale, entry_weight, reflect_scale, spare, in_air, spare_2 }),
         host_layout!(Remainder {
             depth_scale,

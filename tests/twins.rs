@@ -144,6 +144,28 @@ fn check_bounds(stages: &Stages) {
     check_map("field_bounds", &stages.bounds, &twin, Tolerance::new(0.0, 0.0));
 }
 
+/// Where the sun falls on the cloud's top, and how it spreads there.
+fn check_entry(stages: &Stages, thickness: &Map, higher: &Map) {
+    let frame = &stages.frame;
+    let entry = |thickness| reference::sun_entry::main(frame, thickness);
+    let (twin, other) = (entry(thickness), entry(higher));
+    // A slope is a difference of two samples, over a texel; at low sun it is large against the cosine.
+    let texel_m = f64::from(frame.place.extent_m) / thickness.width as f64;
+    let slope = 4.0 * place_error(thickness, 1.0) / texel_m / f64::from(frame.sun.slant_cosine);
+    let (values_of, other) = (values(&twin, &stages.entry), values(&other, &stages.entry));
+    let bounds = allowed(&values_of, &other, Tolerance::new(slope + CANCEL, BEAM_REL + 8.0 * ROUND));
+    check_each("sun_entry", &stages.entry.data, &values_of, &bounds);
+
+    if stages.entry != stages.entering {
+        let mut blurred = map(&stages.entry);
+        for axis in [[1, 0], [0, 1]] {
+            blurred = reference::blur::main(&skyloom::light::blur(axis, stages.blur_texels), &blurred);
+        }
+        // Sums of up to 193 positive terms and their weights, twice; exp of the driver.
+        check_map("blur", &stages.entering, &blurred, Tolerance::new(1e-36, 2.0 * 400.0 * ROUND + 4e-6));
+    }
+}
+
 /// Light of the layer's maps: every pass is fed with what the device itself had.
 fn check_sunlight(stages: &Stages) {
     let (frame, tables) = (&stages.frame, &stages.tables);
@@ -159,26 +181,20 @@ fn check_sunlight(stages: &Stages) {
     .map(map);
     let higher = raised(frame, &thickness, frame.sun.slant_cosine.into());
 
-    let entry = |thickness| reference::sun_entry::main(frame, thickness);
-    let (twin, other) = (entry(&thickness), entry(&higher));
-    // A slope is a difference of two samples, over a texel; at low sun it is large against the cosine.
-    let texel_m = f64::from(frame.place.extent_m) / thickness.width as f64;
-    let slope = 4.0 * place_error(&thickness, 1.0) / texel_m / f64::from(frame.sun.slant_cosine);
-    let (values_of, other) = (values(&twin, &stages.entry), values(&other, &stages.entry));
-    let bounds = allowed(&values_of, &other, Tolerance::new(slope + CANCEL, BEAM_REL + 8.0 * ROUND));
-    check_each("sun_entry", &stages.entry.data, &values_of, &bounds);
-
-    if stages.entry != stages.entering {
-        let mut blurred = map(&stages.entry);
-        for axis in [[1, 0], [0, 1]] {
-            blurred = reference::blur::main(&skyloom::light::blur(axis, stages.blur_texels), &blurred);
-        }
-        // Sums of up to 193 positive terms and their weights, twice; exp of the driver.
-        check_map("blur", &stages.entering, &blurred, Tolerance::new(1e-36, 2.0 * 400.0 * ROUND + 4e-6));
+    // A lattice asks for no entry.
+    if stages.lattice.is_none() {
+        check_entry(stages, &thickness, &higher);
     }
 
     let base = |thickness| {
         let (transmittance, reflectance) = (&transmittance, &reflectance);
+        if let Some(lattice) = &stages.lattice {
+            let [down, up, factors] = [&lattice.down, &lattice.up, &lattice.factors].map(map);
+            let (down, up, factors, above) = (&down, &up, &factors, &above);
+            let maps =
+                reference::lattice_light::Maps { thickness, transmittance, reflectance, down, up, factors, above };
+            return reference::lattice_light::main(frame, &lattice.light, &maps);
+        }
         let maps = reference::base_light::Maps {
             thickness,
             transmittance,

@@ -172,6 +172,12 @@ struct Share {
     spare_2: u32,
 }
 
+// How the light of a layer's lattice is read.
+struct LatticeLight {
+    kept: vec3<f32>, // part of extinction that takes light out of what the lattice counts as not scattered
+    reach: f32,      // optical depth at 550 nm of the last of its factors
+}
+
 // What the texels of a radiance slice are multiplied by, per channel.
 struct Remainder {
     depth_scale: vec3<f32>,   // scaled optical depth per true one

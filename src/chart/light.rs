@@ -32,6 +32,7 @@ const PLANNED_DEG: [f64; 2] = [60.0, 80.0];
 const PHOTONS: u64 = 1_500_000;
 /// Photons of a sample, which has larger errors of its own.
 const SAMPLE_PHOTONS: u64 = 150_000;
+const TRANSPORTS: usize = Transport::ALL.len();
 /// Times that every transport is run, in turn.
 const ROUNDS: usize = 15;
 
@@ -41,6 +42,7 @@ fn colour(transport: Transport) -> RGBColor {
         Transport::Tilted => ORANGE,
         Transport::Entry => GREEN,
         Transport::Blended => BLUE,
+        Transport::Lattice => BLACK,
     }
 }
 
@@ -270,11 +272,15 @@ impl Lit<'_> {
     }
 
     /// Milliseconds of stage "light" with each transport: the median. They take turns, so that all see the same load.
-    fn times(&mut self, progress: &dyn Fn(f64)) -> Result<[f64; 4], ChartError> {
-        let scene = timed_scene()?;
-        let mut times = [(); 4].map(|()| Vec::new());
-        // The first round makes tables and field. The wind makes a new light of every round.
+    fn times(&mut self, progress: &dyn Fn(f64)) -> Result<[f64; TRANSPORTS], ChartError> {
+        let mut times = [(); TRANSPORTS].map(|()| Vec::new());
+        // The first round makes the tables. Wind and sun make a new light of every round.
         for round in 0..=ROUNDS {
+            let scene = timed_scene(round)?;
+            // What all transports need of a new sun is made before the first one is timed.
+            let later = (ROUNDS + 1).to_string();
+            let job = self.job(&scene, "irradiance", SIDE, &[("transport", "columns"), ("time", &later)])?;
+            self.device.renderer.render(&job, &Watch::default())?;
             for ((name, _), times) in Transport::ALL.iter().zip(&mut times) {
                 let time = round.to_string();
                 let job = self.job(&scene, "irradiance", SIDE, &[("transport", name), ("time", &time)])?;
@@ -295,7 +301,7 @@ impl Lit<'_> {
 /// Range of errors that is drawn, percent.
 const ERRORS: [f64; 2] = [1.0, 300.0];
 
-fn picture(found: &[Found], times: &[f64; 4]) -> Figure {
+fn picture(found: &[Found], times: &[f64; TRANSPORTS]) -> Figure {
     let of = |field: usize, place: Place, method: &str| -> Vec<[f64; 3]> {
         let of_it = found.iter().filter(|found| (found.field, found.place, found.method) == (field, place, method));
         // Below its own uncertainty an error is not known.

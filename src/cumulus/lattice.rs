@@ -6,33 +6,35 @@
 
 mod cells;
 mod coarse;
+mod columns;
+mod fluxes;
 mod grid;
 mod level;
 mod lighting;
 mod mixing;
 mod optics;
 mod rise;
+mod settle;
 mod sun;
 mod sweep;
 
 use super::volume::Volume;
 use cells::Cells;
-use coarse::Coarse;
+pub use columns::Columns;
+pub use fluxes::Fluxes;
 use grid::Grid;
 use half::f16;
 pub use lighting::Lighting;
-use mixing::Mixing;
+use settle::{Enough, settle};
 use std::convert::Infallible;
 use std::f64::consts::PI;
-use sweep::{Border, State, Sweep};
+use sweep::{Border, Sweep};
 
 /// Side of a cube at most, metres, and in mean free paths.
 const CELL_M: f64 = 40.0;
 const CELL_DEPTH: f64 = 1.2;
 /// Cubes of the whole domain, about at most: 100 MB on the device.
 const MAX_CELLS: f64 = 4e6;
-/// A lattice of so many cubes of cloud, or more, starts from the solution of one that is twice as coarse.
-const COARSEN: usize = 2000;
 
 /// Irradiance by the sum of weighted cosines of the directions that come down: pi where light is even.
 const FLUX: f64 = PI / (1.0 / 15.0 + 4.0 * 3.0 / 40.0 * 0.577_350_269_189_625_8);
@@ -143,58 +145,4 @@ impl Lattice {
 
 fn half(value: f32) -> f16 {
     f16::from_f32(value.clamp(-65504.0, 65504.0))
-}
-
-/// When iterations are done: at a relative change of one of them, or after so many.
-#[derive(Clone, Copy)]
-struct Enough {
-    change: f64,
-    iterations: usize,
-}
-
-impl Enough {
-    const FINE: Self = Self { change: 1e-3, iterations: 16 };
-    /// A coarser lattice costs an eighth, and what it is wrong by in the large stays.
-    const COARSE: Self = Self { change: 3e-4, iterations: 40 };
-}
-
-/// Light in the cubes of cloud.
-struct Settled {
-    state: Vec<State>,
-    iterations: usize,
-    change: f64,
-}
-
-/// Iterates until little changes. What it starts from is always found in the same way, so that the result does not depend on what was solved
-/// before.
-fn settle<E>(
-    cells: &Cells,
-    lighting: &Lighting,
-    border: &Border,
-    enough: Enough,
-    look: &dyn Fn() -> Result<(), E>,
-) -> Result<Settled, E> {
-    let cloud = &cells.cloud;
-    let mut state = vec![border.even(); cloud.set.places.len()];
-    if state.len() >= COARSEN
-        && let Some(coarse) = Coarse::new(cells, lighting)
-    {
-        let settled = settle(&coarse.cells, lighting, border, Enough::COARSE, look)?;
-        state = coarse.prolonged(&settled.state, cells);
-    }
-    let mut sweep = Sweep::new(&cells.grid, &cloud.set);
-    let mut mixing = Mixing::default();
-    let (mut iterations, mut change) = (0, 0.0);
-    while iterations < enough.iterations && !state.is_empty() {
-        look()?;
-        sweep.run(cloud, border, &state);
-        iterations += 1;
-        change = mixing.add(&state, &sweep);
-        if change < enough.change || iterations == enough.iterations {
-            state = mixing.newest();
-            break;
-        }
-        mixing.mix(&mut state);
-    }
-    Ok(Settled { state, iterations, change })
 }

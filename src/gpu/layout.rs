@@ -249,6 +249,16 @@ pub struct Share {
     pub spare_2: u32,
 }
 
+/// How the light of a layer's lattice is read.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, Pod, Zeroable)]
+pub struct LatticeLight {
+    /// Part of extinction that takes light out of what the lattice counts as not scattered.
+    pub kept: [f32; 3],
+    /// Optical depth at 550 nm of the last of its factors.
+    pub reach: f32,
+}
+
 /// What the texels of a radiance slice are multiplied by, per channel.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq, Default, Pod, Zeroable)]

@@ -105,6 +105,8 @@ shaders! {
     BLUR: "blur", IMAGE, [];
     BASE_LIGHT: "base_light", IMAGE, [MARCH, PATH, SLAB, SUN];
     BASE_LIGHT_COLUMNS: "base_light_columns" of "base_light", IMAGE, [COLUMNS, MARCH, PATH_COLUMNS, SLAB, SUN];
+    LATTICE_LIGHT: "lattice_light", IMAGE, [MARCH, PATH, SLAB, SUN];
+    LATTICE_LIGHT_COLUMNS: "lattice_light_columns" of "lattice_light", IMAGE, [COLUMNS, MARCH, PATH_COLUMNS, SLAB, SUN];
     BASE_BEAM: "base_beam", IMAGE, [MARCH, PATH, SLAB, SUN];
     BASE_BEAM_COLUMNS: "base_beam_columns" of "base_beam", IMAGE, [COLUMNS, MARCH, PATH_COLUMNS, SLAB, SUN];
     BASE_COLUMN: "base_column", IMAGE, [SLAB];

@@ -130,7 +130,7 @@ fn wide(columns: &[ColumnMaps], inputs: &LightInputs<'_>) -> Vec<[f64; 3]> {
 /// Part of diffuse light that is taken by entry; the rest is by slanted rays.
 fn entry_weight(transport: Transport) -> f32 {
     match transport {
-        Transport::Columns | Transport::Tilted => 0.0,
+        Transport::Columns | Transport::Tilted | Transport::Lattice => 0.0,
         Transport::Blended => 0.5,
         Transport::Entry => 1.0,
     }

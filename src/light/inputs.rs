@@ -1,5 +1,6 @@
 //! What the stage takes.
 
+use super::lattice::LatticeMaps;
 use super::plan::Grids;
 use crate::field::Field;
 use crate::gpu::HostMap;
@@ -7,6 +8,7 @@ use crate::method::Transport;
 use crate::scene_air::AirBelow;
 use crate::slab::angles::AngleSlice;
 use crate::slice::DeviceTables;
+use std::sync::Arc;
 
 /// A layer as the stage takes it.
 pub(crate) struct LayerInputs<'a> {
@@ -19,6 +21,8 @@ pub(crate) struct LayerInputs<'a> {
     pub(crate) tables: &'a DeviceTables,
     /// How it treats light by its angles, where there are layers to share light with.
     pub(crate) angles: Option<[AngleSlice; 3]>,
+    /// What a lattice has found of it, where that is how sunlight is carried.
+    pub(crate) lattice: Option<Arc<LatticeMaps>>,
     /// Spread of light between where it enters and where it leaves: standard deviation, texels of the maps of sunlight.
     pub(crate) blur_texels: f64,
 }

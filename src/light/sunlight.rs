@@ -2,9 +2,10 @@
 
 use super::between::ColumnMaps;
 use super::inputs::{LayerInputs, LightInputs};
+use super::lattice::LatticeMaps;
 use super::plan::Grids;
 use crate::gpu::layout::{Blur, Share};
-use crate::gpu::{Gpu, GpuError, HostMap, Pass, Target, binds, shaders};
+use crate::gpu::{Bind, Gpu, GpuError, HostMap, Pass, Target, binds, shaders};
 use std::time::Instant;
 
 /// Maps of a layer's sunlight. Those with mip levels are means over coarser texels there.
@@ -90,6 +91,35 @@ pub(crate) fn maps(gpu: &Gpu, inputs: &LightInputs<'_>, deadline: Option<Instant
     Ok(maps)
 }
 
+/// What the light of a lattice is made from, and where it goes.
+fn lattice_binds(
+    gpu: &Gpu,
+    layer: &LayerInputs<'_>,
+    maps: &SunMaps,
+    lattice: &LatticeMaps,
+    above: &Target,
+) -> Vec<Bind> {
+    let upload = |label, map: &HostMap| gpu.texture_from(label, [map.width, map.height], map.channels, &map.data);
+    binds![
+        layer.frame,
+        &gpu.uniform("lattice", &lattice.light),
+        &layer.field.thickness,
+        &layer.field.bounds,
+        &layer.tables.transmittance,
+        &layer.tables.reflectance,
+        &upload("lattice_down", &lattice.down),
+        &upload("lattice_up", &lattice.up),
+        &upload("lattice_factors", &lattice.factors),
+        &above.levels[0],
+        &gpu.repeat,
+        &gpu.clamp,
+        &maps.beam.levels[0],
+        &maps.tilted.levels[0],
+        &maps.entered.levels[0],
+        &maps.reflected.levels[0],
+    ]
+}
+
 fn passes(gpu: &Gpu, layer: &LayerInputs<'_>, maps: &SunMaps, above: [&Target; 2], grids: &Grids) -> Vec<Pass> {
     let [above, above_beam] = above;
     let size = [grids.sun_texels; 2];
@@ -99,34 +129,42 @@ fn passes(gpu: &Gpu, layer: &LayerInputs<'_>, maps: &SunMaps, above: [&Target; 2
     let mut passes = Vec::new();
     let mut add = |shader, binds| passes.push(Pass::new(shader, size, binds));
     let of = |shaders| layer.field.shader(shaders);
-    add(
-        of([&shaders::SUN_ENTRY, &shaders::SUN_ENTRY_COLUMNS]),
-        binds![frame, thickness, bounds, repeat, &maps.entry.levels[0]],
-    );
-    if layer.blur_texels >= LEAST_BLUR {
-        for (axis, from, to) in [([1, 0], &maps.entry, &maps.half_blurred), ([0, 1], &maps.half_blurred, &maps.blurred)]
-        {
-            let uniform = gpu.uniform("blur", &blur(axis, layer.blur_texels));
-            add(&shaders::BLUR, binds![&uniform, from, &to.levels[0]]);
+    if let Some(lattice) = &layer.lattice {
+        add(
+            of([&shaders::LATTICE_LIGHT, &shaders::LATTICE_LIGHT_COLUMNS]),
+            lattice_binds(gpu, layer, maps, lattice, above),
+        );
+    } else {
+        add(
+            of([&shaders::SUN_ENTRY, &shaders::SUN_ENTRY_COLUMNS]),
+            binds![frame, thickness, bounds, repeat, &maps.entry.levels[0]],
+        );
+        if layer.blur_texels >= LEAST_BLUR {
+            for (axis, from, to) in
+                [([1, 0], &maps.entry, &maps.half_blurred), ([0, 1], &maps.half_blurred, &maps.blurred)]
+            {
+                let uniform = gpu.uniform("blur", &blur(axis, layer.blur_texels));
+                add(&shaders::BLUR, binds![&uniform, from, &to.levels[0]]);
+            }
         }
+        let base_light = binds![
+            frame,
+            thickness,
+            bounds,
+            &tables.transmittance,
+            &tables.reflectance,
+            &maps.entry,
+            maps.entering(layer.blur_texels),
+            &above.levels[0],
+            repeat,
+            clamp,
+            &maps.beam.levels[0],
+            &maps.tilted.levels[0],
+            &maps.entered.levels[0],
+            &maps.reflected.levels[0],
+        ];
+        add(of([&shaders::BASE_LIGHT, &shaders::BASE_LIGHT_COLUMNS]), base_light);
     }
-    let base_light = binds![
-        frame,
-        thickness,
-        bounds,
-        &tables.transmittance,
-        &tables.reflectance,
-        &maps.entry,
-        maps.entering(layer.blur_texels),
-        &above.levels[0],
-        repeat,
-        clamp,
-        &maps.beam.levels[0],
-        &maps.tilted.levels[0],
-        &maps.entered.levels[0],
-        &maps.reflected.levels[0],
-    ];
-    add(of([&shaders::BASE_LIGHT, &shaders::BASE_LIGHT_COLUMNS]), base_light);
     if let Some(beam) = &maps.ground_beam {
         let transmittance = &tables.transmittance;
         let binds =

@@ -63,6 +63,15 @@ pub(super) struct SlabKey {
     cosine: f64,
 }
 
+/// The light of a layer's lattice: the wind carries it along.
+#[derive(PartialEq)]
+pub(super) struct LatticeKey {
+    field: FieldKey,
+    mix: MixKey,
+    extinction_per_m: f64,
+    towards_sun: [f64; 3],
+}
+
 /// Light between cloud and ground.
 #[derive(PartialEq)]
 pub(super) struct LightKey {
@@ -146,6 +155,18 @@ impl MixKey {
 impl SlabKey {
     pub(super) fn new(mix: MixKey, method: SlabMethod, cosine: f64) -> Self {
         Self { mix, method, cosine }
+    }
+}
+
+impl LatticeKey {
+    pub(super) fn new(job: &Job, moment: &Moment, number: usize) -> Self {
+        let layer = &moment.layers[number];
+        Self {
+            field: FieldKey::new(job, number),
+            mix: MixKey::new(&job.tables()[number], layer),
+            extinction_per_m: layer.extinction_per_m[1],
+            towards_sun: moment.illumination.towards_sun,
+        }
     }
 }
 

@@ -5,6 +5,7 @@ use super::cumulus_kept::CumulusKept;
 use super::file::check_eye;
 use super::kept::Kept;
 use super::keys::{BeamKey, FieldKey, LightKey, MixKey, SlabKey, SourceKey};
+use super::lattices_kept::LatticesKept;
 use super::sky::{SkyJob, SkyKept};
 use super::stages::SkyStages;
 use crate::field::{self, ColumnMap, Field, Given, Source};
@@ -14,7 +15,7 @@ use crate::gpu::{Gpu, HostMap};
 use crate::ground::GroundMap;
 use crate::image::MissingImage;
 use crate::job::{Job, RenderError, Watch};
-use crate::light::{self, Light, LightInputs, Lit};
+use crate::light::{self, LatticeMaps, Light, LightInputs, Lit};
 use crate::method::{Reference, SlabMethod};
 use crate::moment::Moment;
 use crate::plan::field_resolution;
@@ -49,6 +50,7 @@ pub(super) struct Pipeline {
     sources: Kept<SourceKey, Arc<Mutex<Source>>>,
     fields: Kept<FieldKey, Arc<Field>>,
     slabs: Kept<SlabKey, SlabLight>,
+    lattices: LatticesKept,
     lights: Kept<LightKey, Arc<Light>>,
     beams: Kept<BeamKey, Arc<GroundSun>>,
     skies: SkyKept,
@@ -142,6 +144,7 @@ impl Pipeline {
             sources: Kept::new(KEPT_SOURCES),
             fields: Kept::new(KEPT),
             slabs: Kept::new(KEPT),
+            lattices: LatticesKept::new(KEPT),
             lights: Kept::new(KEPT),
             beams: Kept::new(KEPT_BEAMS),
             skies: SkyKept::new(),
@@ -324,15 +327,16 @@ impl Pipeline {
         frames: &[wgpu::Buffer],
         keep: Keep,
     ) -> Result<(Arc<Light>, Option<Lit>), RenderError> {
+        let Self { gpu, lattices, lights, .. } = self;
+        let mut lit =
+            || lit(gpu, job, watch, run, frames, &lattices.of_layers(gpu, job, watch, &run.fields, &run.moment)?);
         match keep {
             Keep::Texels => {
-                let key = LightKey::new(job, &run.moment);
-                let make = || Ok::<_, RenderError>(lit(&self.gpu, job, watch, run, frames)?.light);
-                let light = self.lights.get_or(key, make)?;
+                let light = lights.get_or(LightKey::new(job, &run.moment), || Ok::<_, RenderError>(lit()?.light))?;
                 Ok::<_, RenderError>((light, None))
             }
             Keep::Stages => {
-                let lit = lit(&self.gpu, job, watch, run, frames)?;
+                let lit = lit()?;
                 Ok((Arc::clone(&lit.light), Some(lit)))
             }
         }
@@ -340,7 +344,14 @@ impl Pipeline {
 }
 
 /// The light of a moment, and what lies on the way to it.
-fn lit(gpu: &Gpu, job: &Job, watch: &Watch, run: &Run, frames: &[wgpu::Buffer]) -> Result<Lit, RenderError> {
+fn lit(
+    gpu: &Gpu,
+    job: &Job,
+    watch: &Watch,
+    run: &Run,
+    frames: &[wgpu::Buffer],
+    lattices: &[Option<Arc<LatticeMaps>>],
+) -> Result<Lit, RenderError> {
     let moment = &run.moment;
     let layer = |number: usize| light::LayerInputs {
         frame: &frames[number],
@@ -352,6 +363,7 @@ fn lit(gpu: &Gpu, job: &Job, watch: &Watch, run: &Run, frames: &[wgpu::Buffer]) 
             let (fluxes, forward) = (&job.tables()[number].fluxes, moment.layers[number].forward);
             [0, 1, 2].map(|c| AngleSlice::new(&fluxes[c], moment.slant_cosine(), forward[c]))
         }),
+        lattice: lattices[number].clone(),
         blur_texels: moment.layers[number].blur_texels,
     };
     let layers: Vec<_> = (0..moment.layers.len()).map(layer).collect();

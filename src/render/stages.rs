@@ -6,7 +6,7 @@ use crate::field::{self, FieldStages};
 use crate::gpu::layout::{Backdrop, Frame, Share, SkyView, View};
 use crate::gpu::{HostMap, PassRecord, Target};
 use crate::job::{Job, RenderError, Watch};
-use crate::light::{ColumnMaps, Energy};
+use crate::light::{ColumnMaps, Energy, LatticeMaps};
 use crate::shade::SkyClouds;
 use crate::slice::{self, HostSlab, HostTables};
 use std::sync::{Arc, PoisonError};
@@ -32,6 +32,8 @@ pub struct Stages {
     pub above: HostMap,
     /// And of it what is the beam on the ground, where there is a layer below.
     pub above_beam: HostMap,
+    /// What a lattice has found, where that is how sunlight is carried.
+    pub lattice: Option<LatticeMaps>,
     /// What goes on at the base as the sun's light; fourth channel: red light sent up along slanted rays.
     pub beam: HostMap,
     /// What of it is the beam on the ground, where there are several layers.
@@ -143,6 +145,7 @@ pub(super) fn read(
         entering: map(maps.entering(blur_texels))?,
         above: lit.maps.get(number + 1).map_or_else(|| Ok(open()), |above| map(&above.beam))?,
         above_beam: lit.maps.get(number + 1).map_or_else(|| Ok(open()), |above| map(above.on_ground()))?,
+        lattice: lit.lattices[number].as_deref().cloned(),
         beam: map(&maps.beam)?,
         ground_beam: maps.ground_beam.as_ref().map(map).transpose()?,
         tilted: map(&maps.tilted)?,

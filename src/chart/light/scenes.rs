@@ -38,11 +38,11 @@ pub(super) fn scene(field: usize, sun_deg: f64, base_m: f64) -> Result<Arc<Scene
     }))
 }
 
-/// A frame as a caller would ask for it.
-pub(super) fn timed_scene() -> Result<Arc<Scene>, ChartError> {
+/// A frame as a caller would ask for it, under a sun of its own by number: light that is kept for one sun is made anew.
+pub(super) fn timed_scene(number: usize) -> Result<Arc<Scene>, ChartError> {
     device::scene(&json!({
         "domain": { "extent_m": 20_000, "resolution": 512 },
-        "sun": { "zenith_deg": 60, "azimuth_deg": AZIMUTH_DEG },
+        "sun": { "zenith_deg": 60, "azimuth_deg": AZIMUTH_DEG + number as f64 },
         "layers": [{ "base_m": BASE_M,
             "thickness": { "kind": "stratocumulus", "pattern": "open", "coverage": 0.5, "mean_m": 300, "seed": 4 },
             "droplets": { "henyey_greenstein": 0.85, "extinction_per_m": EXTINCTION_PER_M },

@@ -2,12 +2,15 @@
 
 use super::cells::{Cloud, Set};
 use super::grid::Grid;
-use super::sweep::{Border, EDGE, State, follow};
+use super::sweep::{Border, EDGE, State};
 use glam::Vec4;
 use rayon::prelude::*;
 
 /// A row that comes back to where it began is followed over so many cubes before it that no more of their light is left than this.
 const LEFT: f32 = 1e-4;
+
+/// What a row takes out of light on its way round, at least: sums of single precision hold no less.
+const LEAST: f32 = 1e-5;
 
 /// The rows of a set.
 pub(super) struct Level {
@@ -97,16 +100,17 @@ impl Slice<'_> {
         let sign = if back == 1 { -1.0 } else { 1.0 };
         let mut light = Passing { radiance: beyond, last: None };
         // Where the row comes from: the last cubes, until nothing is left of what was before them.
-        let (mut left, mut count, mut before) = (1.0_f32, 0, None);
+        let (mut left, mut count, mut before, mut last) = (Vec4::ONE, 0, None, None);
         for &number in row.clone().rev() {
             let cloudy = self.clouds[number as usize] as usize;
             let Some(&density) = self.cloud.densities.get(cloudy) else { continue };
             let at = place(number);
-            left *= follow(before.unwrap_or(at + 1) - at, self.cell_m)
-                * self.cloud.passages.of(density)[0].transmittance.max_element();
+            left *= self.border.follow(before.unwrap_or(at + 1) - at, self.cell_m)
+                * self.cloud.passages.of(density)[0].transmittance;
             count += 1;
             before = Some(at);
-            if left < LEFT {
+            last = last.or(before);
+            if left.truncate().max_element() < LEFT {
                 break;
             }
         }
@@ -116,6 +120,13 @@ impl Slice<'_> {
             self.visit(number, place(number), [axis, back], beyond, &mut light);
         }
         light.last = light.last.map(|last| last - i64::from(size));
+        if left.truncate().max_element() >= LEFT
+            && let (Some(first), Some(last)) = (before, last)
+        {
+            // The whole row leaves some of what it came in with: so it does each time round.
+            let round = left * self.border.follow(first + size - last, self.cell_m);
+            light.radiance = beyond + (light.radiance - beyond) / (Vec4::ONE - round).max(Vec4::splat(LEAST));
+        }
         for &number in row {
             let mean = self.visit(number, place(number), [axis, back], beyond, &mut light);
             let sum = &mut sums[number as usize];
@@ -134,7 +145,7 @@ impl Slice<'_> {
                 if steps == 1 {
                     light.radiance
                 } else {
-                    beyond + follow(steps, self.cell_m) * (light.radiance - beyond)
+                    beyond + self.border.follow(steps, self.cell_m) * (light.radiance - beyond)
                 }
             }
         };

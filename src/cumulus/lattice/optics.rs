@@ -32,7 +32,7 @@ impl Passages {
             }
         };
         let both = |i: usize| {
-            let density = i as f64 / (DENSITIES - 1) as f64;
+            let density = density_of(i as u16);
             [passage(density, 1.0), passage(density, 3.0_f64.sqrt())]
         };
         Self((0..DENSITIES).map(both).collect())
@@ -44,12 +44,13 @@ impl Passages {
     }
 }
 
-/// A density from 0 to 1 as a number of [`Passages::of`].
+/// A density from 0 to 1 as a number of [`Passages::of`]: by its root, so that thin cloud is told apart too.
 pub(super) fn density_number(density: f64) -> u16 {
-    (density * (DENSITIES - 1) as f64).round() as u16
+    (density.sqrt() * (DENSITIES - 1) as f64).round() as u16
 }
 
 /// The reverse.
 pub(super) fn density_of(number: u16) -> f64 {
-    f64::from(number) / (DENSITIES - 1) as f64
+    let root = f64::from(number) / (DENSITIES - 1) as f64;
+    root * root
 }

@@ -2,7 +2,7 @@
 
 use super::cells::{Cloud, Set};
 use super::grid::Grid;
-use super::sweep::{Border, DIAGONAL, EDGE, State, follow};
+use super::sweep::{Border, DIAGONAL, EDGE, State};
 use glam::{DVec4, Vec4};
 
 /// Which way light goes.
@@ -79,7 +79,7 @@ impl Rise {
             }
             let steps = now - last;
             let passing = lines.passing[line];
-            if steps == 1 { passing } else { beyond + follow(steps, length_m) * (passing - beyond) }
+            if steps == 1 { passing } else { beyond + border.follow(steps, length_m) * (passing - beyond) }
         };
         let mut means = [Vec4::ZERO; 5];
         if let Some(of) = state.get(cloudy as usize) {
@@ -120,6 +120,36 @@ impl Rise {
             flux * ((a + b) - (c + d)),
             sign * (weight + ROOT * diagonal),
         ])
+    }
+
+    /// Light that left after the last run, weighted as flux, of each column of cubes: sinking light by where it passes the lowest face, rising
+    /// light by the last cube of cloud. A slanted line goes out at a corner, and so into four columns.
+    pub(super) fn exits(&self, border: &Border) -> Vec<Vec4> {
+        let [nx, ny, nz] = self.size;
+        let mut exits = vec![Vec4::ZERO; (nx * ny) as usize];
+        let add = |at: u32, step: i32, n: u32| (i64::from(at) + i64::from(step)).rem_euclid(i64::from(n)) as u32;
+        for (d, (lines, [i, j])) in self.lines.iter().zip(STEPS).enumerate() {
+            let (weight, length_m) = if d == 4 { (EDGE, 1.0) } else { (DIAGONAL * ROOT, 1.732_050_8) };
+            for (line, (passing, last)) in lines.passing.iter().zip(&lines.last).enumerate() {
+                let passed = last.checked_sub(self.start);
+                let (x, y) = (line as u32 % nx, line as u32 / nx);
+                let (light, column, side) = match (self.way, passed) {
+                    (Way::Up, None) => (border.below, [x, y], 1),
+                    (Way::Down, None) => (border.above, [x, y], -1),
+                    (Way::Up, Some(z)) => (*passing, [add(x, i * z as i32, nx), add(y, j * z as i32, ny)], 1),
+                    (Way::Down, Some(steps)) => {
+                        let follow = border.follow(nz - steps, length_m * self.cell_m);
+                        (border.above + follow * (*passing - border.above), [x, y], -1)
+                    }
+                };
+                let ends = [[0, 0], [side * i, 0], [0, side * j], [side * i, side * j]];
+                for [i, j] in ends {
+                    let [x, y] = [add(column[0], i, nx), add(column[1], j, ny)];
+                    exits[(x + nx * y) as usize] += 0.25 * weight * light;
+                }
+            }
+        }
+        exits
     }
 
     /// What leaves after the last run, weighted as flux.

@@ -20,6 +20,8 @@ pub(super) struct Border {
     /// Three times the asymmetry.
     asymmetry: Vec4,
     towards_sun: Vec3,
+    /// Across a gap of this length between clouds, metres, half of the light comes from beside the cloud.
+    gap_m: f32,
 }
 
 impl Border {
@@ -31,7 +33,20 @@ impl Border {
             albedo: colour(lighting.scattering.map(|s| s.albedo)),
             asymmetry: colour(lighting.scattering.map(|s| 3.0 * s.asymmetry)),
             towards_sun: lighting.towards_sun.as_vec3(),
+            gap_m: GAP_M,
         }
+    }
+
+    /// What leaves a cloud meets the next one however far it is: a layer of columns has cloud beside cloud.
+    pub(super) fn without_gaps(self) -> Self {
+        Self { gap_m: f32::INFINITY, ..self }
+    }
+
+    /// Part of the light that reaches a cube from the last one of cloud, so many steps of a length before.
+    pub(super) fn follow(&self, steps: u32, length_m: f32) -> f32 {
+        // Cubes that touch cloud are not clear of it.
+        let gap = steps.saturating_sub(3) as f32 * length_m / self.gap_m;
+        1.0 / (1.0 + gap * gap)
     }
 
     /// Light in the cubes as if there were no cloud and no sun.
@@ -61,13 +76,6 @@ pub(super) const DIAGONAL: f32 = 3.0 / 40.0;
 /// is close: across a gap of this length, metres, half of the light comes from beside the cloud. It is about the size of a cloud, and not
 /// fitted.
 const GAP_M: f32 = 300.0;
-
-/// Part of the light that reaches a cube from the last one of cloud, so many steps of a length before.
-pub(super) fn follow(steps: u32, length_m: f32) -> f32 {
-    // Cubes that touch cloud are not clear of it.
-    let gap = steps.saturating_sub(3) as f32 * length_m / GAP_M;
-    1.0 / (1.0 + gap * gap)
-}
 
 /// Sums over lines that leave the lattice below and above, of what light has gained over that of the border, weighted as flux.
 pub(super) type Leaving = [DVec4; 2];
@@ -109,6 +117,12 @@ impl<'a> Sweep<'a> {
     pub(super) fn next(&self, i: usize) -> State {
         let [rising, sinking, beside] = &self.sums;
         State(std::array::from_fn(|k| (rising[i].0[k] + sinking[i].0[k]) + beside[i].0[k]))
+    }
+
+    /// What left after the last run, weighted as flux, of each column of cubes: down through the lowest face, and up.
+    pub(super) fn exits(&self, border: &Border) -> [Vec<Vec4>; 2] {
+        let [up, down] = &self.rises;
+        [down.exits(border), up.exits(border)]
     }
 
     /// One iteration: the state of all cubes of the set, and what leaves.

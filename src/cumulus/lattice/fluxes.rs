@@ -1,0 +1,72 @@
+//! Sunlight that columns of a stratiform layer scatter down through their base plane and up.
+
+use super::columns::Columns;
+use super::grid::Grid;
+use super::lighting::Lighting;
+use super::settle::{Enough, settle};
+use super::sweep::{Border, Sweep};
+use glam::Vec4;
+use std::convert::Infallible;
+use std::f64::consts::PI;
+
+/// Scattered sunlight as parts of what falls on a horizontal plane above the layer; red, green, blue.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Fluxes {
+    /// Cubes along a side of the domain.
+    pub across: usize,
+    /// Side of a cube, metres.
+    pub cell_m: f64,
+    /// Down through the base plane, by the place there: along x, then y.
+    pub down: Vec<[f32; 3]>,
+    /// Up, by the place of the last cube of cloud.
+    pub up: Vec<[f32; 3]>,
+    /// Iterations that were taken, and the last one's change.
+    pub iterations: usize,
+    /// See `iterations`.
+    pub change: f64,
+}
+
+impl Fluxes {
+    /// Solves for the light in columns; stops where `look`, which is asked between all steps, fails. Of the lighting the light from above and
+    /// below is not looked at.
+    ///
+    /// # Errors
+    ///
+    /// Those of `look`.
+    pub fn solve<E>(columns: &Columns, lighting: &Lighting, look: &dyn Fn() -> Result<(), E>) -> Result<Self, E> {
+        let grid = columns.grid(lighting.extinction_per_m[1]);
+        solve(columns, &grid, lighting, look)
+    }
+
+    /// Down and up through a slab of so much thickness by optical depth and a relative extinction, in cubes of this side.
+    pub fn even(path_m: f64, density: f64, cell_m: f64, lighting: &Lighting) -> [[f32; 3]; 2] {
+        let columns = Columns::even(path_m, density);
+        let look: &dyn Fn() -> Result<(), Infallible> = &|| Ok(());
+        match solve(&columns, &columns.with(1, cell_m), lighting, look) {
+            Ok(fluxes) => [fluxes.down[0], fluxes.up[0]],
+            Err(never) => match never {},
+        }
+    }
+}
+
+fn solve<E>(
+    columns: &Columns,
+    grid: &Grid,
+    lighting: &Lighting,
+    look: &dyn Fn() -> Result<(), E>,
+) -> Result<Fluxes, E> {
+    look()?;
+    let lighting = Lighting { above: [0.0; 3], below: [0.0; 3], ..*lighting };
+    let (cells, dense) = columns.cells(&lighting, grid);
+    look()?;
+    let border = Border::new(&dense).without_gaps();
+    let settled = settle(&cells, &dense, &border, Enough::EXACT, look)?;
+    let mut sweep = Sweep::new(grid, &cells.cloud.set);
+    sweep.run(&cells.cloud, &border, &settled.state);
+    let sun = lighting.sun.map(|sun| (4.0 * PI / (sun * lighting.towards_sun.z)) as f32);
+    let parts =
+        |light: Vec<Vec4>| light.iter().map(|light| [light.x * sun[0], light.y * sun[1], light.z * sun[2]]).collect();
+    let [down, up] = sweep.exits(&border).map(parts);
+    let (iterations, change) = (settled.iterations, settled.change);
+    Ok(Fluxes { across: grid.size[0], cell_m: grid.cell_m, down, up, iterations, change })
+}

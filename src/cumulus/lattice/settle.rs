@@ -1,0 +1,66 @@
+//! Iterations until the light in the cubes of cloud changes no more.
+
+use super::cells::Cells;
+use super::coarse::Coarse;
+use super::lighting::Lighting;
+use super::mixing::Mixing;
+use super::sweep::{Border, State, Sweep};
+
+/// A lattice of so many cubes of cloud, or more, starts from the solution of one that is twice as coarse.
+const COARSEN: usize = 2000;
+
+/// When iterations are done: at a relative change of one of them, or after so many.
+#[derive(Clone, Copy)]
+pub(super) struct Enough {
+    change: f64,
+    iterations: usize,
+}
+
+impl Enough {
+    pub(super) const FINE: Self = Self { change: 1e-3, iterations: 16 };
+    /// A coarser lattice costs an eighth, and what it is wrong by in the large stays.
+    const COARSE: Self = Self { change: 3e-4, iterations: 40 };
+    /// What is compared with an exact slab, which deep layers take more iterations to.
+    pub(super) const EXACT: Self = Self { change: 5e-5, iterations: 40 };
+}
+
+/// Light in the cubes of cloud.
+pub(super) struct Settled {
+    pub(super) state: Vec<State>,
+    pub(super) iterations: usize,
+    pub(super) change: f64,
+}
+
+/// Iterates until little changes. What it starts from is always found in the same way, so that the result does not depend on what was solved
+/// before.
+pub(super) fn settle<E>(
+    cells: &Cells,
+    lighting: &Lighting,
+    border: &Border,
+    enough: Enough,
+    look: &dyn Fn() -> Result<(), E>,
+) -> Result<Settled, E> {
+    let cloud = &cells.cloud;
+    let mut state = vec![border.even(); cloud.set.places.len()];
+    if state.len() >= COARSEN
+        && let Some(coarse) = Coarse::new(cells, lighting)
+    {
+        let settled = settle(&coarse.cells, lighting, border, Enough::COARSE, look)?;
+        state = coarse.prolonged(&settled.state, cells);
+    }
+    let mut sweep = Sweep::new(&cells.grid, &cloud.set);
+    let mut mixing = Mixing::default();
+    let (mut iterations, mut change) = (0, 0.0);
+    while iterations < enough.iterations && !state.is_empty() {
+        look()?;
+        sweep.run(cloud, border, &state);
+        iterations += 1;
+        change = mixing.add(&state, &sweep);
+        if change < enough.change || iterations == enough.iterations {
+            state = mixing.newest();
+            break;
+        }
+        mixing.mix(&mut state);
+    }
+    Ok(Settled { state, iterations, change })
+}

@@ -1,0 +1,128 @@
+//! The sun's light in a layer's columns by a lattice in three dimensions, and what makes it exact where the cloud is even.
+
+use crate::cumulus::dressed::Scattering;
+use crate::cumulus::lattice::{Columns, Fluxes, Lighting};
+use crate::gpu::HostMap;
+use crate::gpu::layout::LatticeLight;
+use crate::slab::fluxes::FluxTable;
+use glam::DVec3;
+use rayon::prelude::*;
+
+/// Optical depths at which the lattice is compared with a slab, by their root.
+const NODES: usize = 32;
+/// What a factor may be: a slab that lets next to nothing by tells nothing.
+const FACTORS: [f32; 2] = [0.1, 10.0];
+
+/// A layer as a lattice takes it. Arrays are red, green, blue.
+pub(crate) struct LatticeInputs<'a> {
+    /// Its map on the device, as the host reads it.
+    pub(crate) map: &'a HostMap,
+    pub(crate) extent_m: f64,
+    /// Mean extinction of its columns, relative to the droplets'.
+    pub(crate) density: f64,
+    pub(crate) extinction_per_m: [f64; 3],
+    pub(crate) scattering: [Scattering; 3],
+    /// Towards the sun, a unit vector above the horizon: east, north, up.
+    pub(crate) towards_sun: [f64; 3],
+    /// Cosine of its zenith for slanted rays.
+    pub(crate) slant_cosine: f64,
+    pub(crate) fluxes: &'a [FluxTable; 3],
+}
+
+/// What a lattice has found of a layer.
+#[derive(Debug, Clone, PartialEq)]
+pub struct LatticeMaps {
+    /// Scattered sunlight down through the base plane, and up; parts of what falls on a horizontal plane above. In the map's axes.
+    pub down: HostMap,
+    /// See `down`.
+    pub up: HostMap,
+    /// Exact light of a slab over that of the lattice, by the root of optical depth: transmitted, reflected.
+    pub factors: HostMap,
+    /// What turns paths into the lattice's.
+    pub light: LatticeLight,
+}
+
+impl LatticeMaps {
+    /// Solves the lattice of a layer; `None` where there is no cloud.
+    ///
+    /// # Errors
+    ///
+    /// Those of `look`, which is asked between all steps.
+    pub(crate) fn new<E>(inputs: &LatticeInputs<'_>, look: &dyn Fn() -> Result<(), E>) -> Result<Option<Self>, E> {
+        let Some(columns) = columns(inputs) else { return Ok(None) };
+        let [x, y, _] = inputs.towards_sun;
+        let lighting = Lighting {
+            extinction_per_m: inputs.extinction_per_m,
+            scattering: inputs.scattering,
+            // Rows go south.
+            towards_sun: DVec3::new(x, -y, inputs.slant_cosine),
+            sun: [1.0; 3],
+            above: [0.0; 3],
+            below: [0.0; 3],
+        };
+        let fluxes = Fluxes::solve(&columns, &lighting, look)?;
+        let (iterations, change) = (fluxes.iterations, fluxes.change);
+        tracing::debug!(iterations, change, cell_m = fluxes.cell_m, across = fluxes.across, "lattice of a layer");
+        look()?;
+        // A slab under a sun that is as steep to its face as this one is to those of the cloud.
+        let cosine = columns.faced_cosine(lighting.towards_sun, fluxes.cell_m);
+        let faced = Lighting { towards_sun: DVec3::new((1.0 - cosine * cosine).sqrt(), 0.0, cosine), ..lighting };
+        let deepest_m = columns.texels.iter().map(|texel| texel[0]).fold(0.0, f32::max);
+        let path_m = |node: usize| {
+            // The first factor is that of thin cloud.
+            let root = (node as f64).max(0.25) / (NODES - 1) as f64;
+            root * root * f64::from(deepest_m)
+        };
+        let nodes = (0..NODES).into_par_iter().map(|node| factors(inputs, &faced, path_m(node), fluxes.cell_m));
+        let nodes: Vec<[[f32; 3]; 2]> = nodes.collect();
+        let rgba = |[r, g, b]: [f32; 3]| [r, g, b, 0.0];
+        let map = |width: usize, texels: Vec<[f32; 3]>| HostMap {
+            width: width as u32,
+            height: (texels.len() / width) as u32,
+            channels: 4,
+            data: texels.into_iter().flat_map(rgba).collect(),
+        };
+        let rows = [0, 1].into_iter().flat_map(|which| nodes.iter().map(move |node| node[which])).collect();
+        Ok(Some(Self {
+            down: map(fluxes.across, fluxes.down),
+            up: map(fluxes.across, fluxes.up),
+            factors: map(NODES, rows),
+            light: LatticeLight {
+                kept: inputs.scattering.map(|scattering| scattering.kept as f32),
+                reach: (inputs.extinction_per_m[1] * f64::from(deepest_m)) as f32,
+            },
+        }))
+    }
+}
+
+/// The columns of a map.
+fn columns(inputs: &LatticeInputs<'_>) -> Option<Columns> {
+    let HostMap { width, height, channels, data } = inputs.map;
+    let texels: Vec<[f32; 3]> = match channels {
+        1 => data.iter().map(|&height_m| [height_m, height_m, 0.0]).collect(),
+        _ => data.chunks(*channels as usize).map(|texel| [texel[0], texel[1], texel[2]]).collect(),
+    };
+    let top_m = texels.iter().filter(|texel| texel[0] > 0.0).map(|texel| texel[1]).fold(0.0, f32::max);
+    (top_m > 0.0).then(|| Columns {
+        size: [*width as usize, *height as usize],
+        texels,
+        extent_m: inputs.extent_m,
+        depth_m: top_m.into(),
+        density: inputs.density.max(1e-6),
+    })
+}
+
+/// Exact light of a slab over that of the lattice: transmitted, reflected.
+fn factors(inputs: &LatticeInputs<'_>, lighting: &Lighting, path_m: f64, cell_m: f64) -> [[f32; 3]; 2] {
+    let mu = lighting.towards_sun.z;
+    let [down, up] = Fluxes::even(path_m, inputs.density.max(1e-6), cell_m, lighting);
+    let factor = |exact: f64, found: f64| {
+        if found > 1e-9 { ((exact / found) as f32).clamp(FACTORS[0], FACTORS[1]) } else { 1.0 }
+    };
+    let depth = |c: usize| inputs.extinction_per_m[c] * path_m;
+    let direct = |c: usize| (-lighting.scattering[c].kept * depth(c) / mu).exp();
+    [
+        [0, 1, 2].map(|c| factor(inputs.fluxes[c].transmittance(depth(c), mu), direct(c) + f64::from(down[c]))),
+        [0, 1, 2].map(|c| factor(inputs.fluxes[c].reflectance(depth(c), mu), up[c].into())),
+    ]
+}

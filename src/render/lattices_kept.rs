@@ -1,0 +1,53 @@
+//! Light of layers by a lattice, kept by what it depends on: the wind carries it along.
+
+use super::kept::Kept;
+use super::keys::LatticeKey;
+use crate::cumulus::dressed::Scattering;
+use crate::field::Field;
+use crate::gpu::Gpu;
+use crate::job::{Job, RenderError, Watch};
+use crate::light::{LatticeInputs, LatticeMaps};
+use crate::method::Transport;
+use crate::moment::Moment;
+use std::sync::Arc;
+
+/// The lattices of some layers and suns.
+pub(super) struct LatticesKept(Kept<LatticeKey, Option<Arc<LatticeMaps>>>);
+
+impl LatticesKept {
+    pub(super) fn new(capacity: usize) -> Self {
+        Self(Kept::new(capacity))
+    }
+
+    /// The lattice of each layer that has one: an even layer is a slab, whose light is exact without.
+    pub(super) fn of_layers(
+        &mut self,
+        gpu: &Gpu,
+        job: &Job,
+        watch: &Watch,
+        fields: &[Arc<Field>],
+        moment: &Moment,
+    ) -> Result<Vec<Option<Arc<LatticeMaps>>>, RenderError> {
+        let wanted = moment.plan.transport == Transport::Lattice && moment.illumination.is_day();
+        let of = |(number, field): (usize, &Arc<Field>)| {
+            if !wanted || field.is_uniform() {
+                return Ok(None);
+            }
+            self.0.get_or(LatticeKey::new(job, moment, number), || {
+                let tables = &job.tables()[number];
+                let inputs = LatticeInputs {
+                    map: &gpu.read_map(&field.thickness, 0, watch.deadline)?,
+                    extent_m: moment.extent_m,
+                    density: field.density,
+                    extinction_per_m: moment.layers[number].extinction_per_m,
+                    scattering: tables.channels.each_ref().map(Scattering::new),
+                    towards_sun: moment.illumination.towards_sun,
+                    slant_cosine: moment.slant_cosine(),
+                    fluxes: &tables.fluxes,
+                };
+                Ok(LatticeMaps::new(&inputs, &|| watch.look())?.map(Arc::new))
+            })
+        };
+        fields.iter().enumerate().map(of).collect()
+    }
+}
