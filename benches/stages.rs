@@ -308,9 +308,36 @@ fn cumulus(criterion: &mut Criterion) {
     group.finish();
 }
 
+/// A moment of a series: light at one point and at eight of the ground, beside the smallest map.
+fn points(criterion: &mut Criterion) {
+    let mut renderer = Renderer::new(&RendererOptions::default()).expect("a Vulkan driver");
+    let library = TableLibrary::new(None);
+    let place = |i: usize| [600.0 * i as f64 - 9000.0, 250.0 * i as f64];
+    let mut group = criterion.benchmark_group("irradiance at a new time");
+    let mut run = 0;
+    for (name, count) in [("one point", 1), ("eight points", 8), ("map of 8", 0)] {
+        let points: Vec<[f64; 2]> = (0..count).map(place).collect();
+        group.bench_function(BenchmarkId::from_parameter(name), |bench| {
+            bench.iter_custom(|count| {
+                let mut total = Duration::ZERO;
+                for _ in 0..count {
+                    run += 1;
+                    let query = [("size", "8".to_owned()), ("time", (60 * run).to_string())];
+                    let map = job(&library, 512, (1, 0.0), ("irradiance", "f32"), &query);
+                    let job = if points.is_empty() { map } else { map.at_points(&points).unwrap() };
+                    let timings = renderer.render(&job, &Watch::default()).unwrap().timings;
+                    total += timings.iter().map(|(_, time)| *time).sum::<Duration>();
+                }
+                total
+            });
+        });
+    }
+    group.finish();
+}
+
 criterion_group! {
     name = benches;
     config = Criterion::default().sample_size(20).warm_up_time(Duration::from_millis(500)).measurement_time(Duration::from_secs(2));
-    targets = whole_frame, stages, cumulus, encoders, mixes, air
+    targets = whole_frame, stages, cumulus, points, encoders, mixes, air
 }
 criterion_main!(benches);

@@ -2,7 +2,7 @@
 
 use std::io::{Read as _, Write as _};
 use std::net::TcpStream;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use serde_json::{Value, json};
 
@@ -133,30 +133,4 @@ fn a_series_that_nobody_reads_ends() {
         (renders() == before).then_some(())
     });
     assert!(renders() < 19_000.0);
-}
-
-/// Measures, so that it runs by hand alone: minutes at a point against as many renders, and another point beside it.
-#[test]
-#[ignore = "measures time, which takes an idle machine"]
-fn minutes_cost_no_more_than_twice_their_renders() {
-    const MINUTES: u32 = 120;
-    let common = common();
-    let sky = common.server.sky(&broken());
-    let series = |from: u32, points: &str| {
-        let start = Instant::now();
-        let path = format!("{sky}/point.csv?{points}&from={from}&to={}&every=60", from + 60 * (MINUTES - 1));
-        assert_eq!(common.server.get(&path).status, 200);
-        start.elapsed()
-    };
-    series(0, "at=10,20");
-    let one = series(10_000, "at=10,20");
-    let many = series(20_000, &["at=10,20"; 8].join("&"));
-    let start = Instant::now();
-    for minute in 0..MINUTES {
-        let file = format!("{sky}/irradiance.f32?size=8&time={}", 30_000 + 60 * minute);
-        assert_eq!(common.server.get(&file).status, 200);
-    }
-    let renders = start.elapsed();
-    eprintln!("{MINUTES} minutes: at a point {one:.2?}, at eight {many:.2?}; as renders of size 8 {renders:.2?}");
-    assert!(one < 2 * renders);
 }
