@@ -15,6 +15,7 @@ mod mips;
 mod openexr;
 mod output;
 mod packed;
+mod parts;
 mod picture;
 mod pixels;
 mod precision;
@@ -27,6 +28,7 @@ pub use self::metadata::{Frame, Metadata, Place};
 pub use self::mips::{Level, levels};
 pub use self::openexr::{Depth, to_exr};
 pub use self::output::{Alpha, Coding, Container, Format, Linear, Output, Packed};
+pub use self::parts::to_multi_part;
 pub use self::picture::{Exposure, METERED_GREY, Picture, PictureDepth, Tonemap, metered_white, to_png};
 pub use self::pixels::Pixels;
 

@@ -4,10 +4,12 @@
 
 mod access;
 mod bad_input;
+mod bundle;
 mod caching;
 mod command_line;
 mod crowds;
 mod damage;
+mod film;
 mod frames;
 mod harness;
 mod images;
