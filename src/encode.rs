@@ -4,6 +4,7 @@
 //! The same texels and settings always give the same bytes, so files can be cached and compared by their hash. Values that
 //! a file cannot hold are refused by name; only a picture for eyes is cut off at white.
 
+mod blocks;
 mod channels;
 mod dds;
 mod encoded;
