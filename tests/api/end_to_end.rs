@@ -14,6 +14,7 @@ mod frames;
 mod harness;
 mod images;
 mod jobs;
+mod letter;
 mod lifecycle;
 mod observed;
 mod points;
