@@ -243,7 +243,7 @@ mod tests {
     fn whatever_is_wrong_is_named() {
         let good = json!({ "scene": {}, "textures": ["shadow.f32?size=8"] });
         for (field, value, pointer, told) in [
-            ("scene", json!({ "layers": [{ "base_m": -1 }] }), "/scene/layers/0/base_m", "allowed"),
+            ("scene", json!({ "layers": [{ "base_m": -1 }] }), "/scene/layers/0/base_m", "outside 0"),
             ("scene", json!([]), "/scene", ""),
             ("time", json!("noon"), "/time", "0 to 1000000000"),
             ("time", json!(-1), "/time", "0 to 1000000000"),
