@@ -4,6 +4,7 @@
 //! The same texels and settings always give the same bytes, so files can be cached and compared by their hash. Values that
 //! a file cannot hold are refused by name; only a picture for eyes is cut off at white.
 
+mod blocks;
 mod channels;
 mod dds;
 mod encoded;
@@ -15,6 +16,7 @@ mod mips;
 mod openexr;
 mod output;
 mod packed;
+mod parts;
 mod picture;
 mod pixels;
 mod precision;
@@ -27,6 +29,7 @@ pub use self::metadata::{Frame, Metadata, Place};
 pub use self::mips::{Level, levels};
 pub use self::openexr::{Depth, to_exr};
 pub use self::output::{Alpha, Coding, Container, Format, Linear, Output, Packed};
+pub use self::parts::to_multi_part;
 pub use self::picture::{Exposure, METERED_GREY, Picture, PictureDepth, Tonemap, metered_white, to_png};
 pub use self::pixels::Pixels;
 

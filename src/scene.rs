@@ -29,6 +29,7 @@ pub use cumulus::{Cumulus, CumulusShape};
 pub use fields::{Allowed, Field, GROUPS, Group};
 pub use image_reference::{ImagePurpose, ImageReference};
 pub use images::ImageFindings;
+pub use json::strict_json;
 pub use model::{
     Domain, Droplets, FieldError, Ground, GroundAlbedo, ImageName, Layer, Pattern, Resolve, Scene, SceneError,
     Stratocumulus, Sun, SunStand, Thickness, Wind,

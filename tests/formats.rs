@@ -12,6 +12,9 @@ use skyloom::encode::{
 use skyloom::projection::{Sphere, SphereLayout};
 use skyloom::request::{Request, RequestError};
 
+#[path = "formats/blocks.rs"]
+mod blocks;
+
 const RGB: [&str; 3] = ["R", "G", "B"];
 const RGBA: [&str; 4] = ["R", "G", "B", "A"];
 /// Half a step of 11 bits, of 9 and of 8, of the brightest channel.
@@ -165,7 +168,7 @@ fn another_reader_finds_every_level_of_a_ktx2_texture() {
             let values = match coding {
                 Coding::Rgb9e5 => shared(level.data),
                 Coding::Float(Depth::Half) => halves(level.data),
-                Coding::Float(Depth::Float) => {
+                Coding::Float(Depth::Float) | Coding::Bc6h | Coding::Bc4 => {
                     level.data.as_chunks::<4>().0.iter().map(|bytes| f32::from_le_bytes(*bytes).into()).collect()
                 }
             };

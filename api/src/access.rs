@@ -15,10 +15,15 @@ use crate::problem::ApiError;
 
 /// Tells in what relation a page stands to what it asks for.
 const FETCH_SITE: &str = "sec-fetch-site";
+/// Scenes are sent there, and nothing of them is kept.
+const RENDER: &str = "/v1/render";
 
 /// The right that a request takes; `None` for what everybody may.
 fn wanted(parts: &Parts) -> Option<Right> {
     let path = parts.uri.path();
+    if path == RENDER {
+        return Some(Right::Read);
+    }
     if is_write(&parts.method) {
         if path == "/v1/jobs" || path.starts_with("/v1/jobs/") {
             return Some(Right::Jobs);
@@ -34,7 +39,12 @@ fn wanted(parts: &Parts) -> Option<Right> {
 }
 
 /// Whether a request is to change something.
-pub fn is_write(method: &Method) -> bool {
+pub fn changes(method: &Method, path: &str) -> bool {
+    is_write(method) && path != RENDER
+}
+
+/// Whether pages of others may not send it: it changes something, or takes work of a kind that they choose.
+fn is_write(method: &Method) -> bool {
     ![Method::GET, Method::HEAD, Method::OPTIONS].contains(method)
 }
 

@@ -59,7 +59,7 @@ pub async fn around(State(app): State<Arc<App>>, request: Request, next: Next) -
     }
     let (status, ms) = (response.status().as_u16(), (took.as_secs_f64() * 1e5).round() / 100.0);
     app.metrics.answered(method.as_str(), &route, status, took);
-    if access::is_write(&method) {
+    if access::changes(&method, &path) {
         // What was changed, and what somebody tried to change: one line each, under a name of its own.
         tracing::info!(target: "skyloom::audit", id, %client, %method, path, status, ms, "write");
     }

@@ -197,6 +197,15 @@ fn inflated(bytes: &[u8], limit: usize) -> Result<Vec<u8>, Broken> {
     Ok(decoded)
 }
 
+/// Refuses a body of another type than JSON, or none: forms and plain text are what a page of anybody may send to anywhere.
+pub fn expect_json(headers: &HeaderMap, what: &str) -> Result<(), ApiError> {
+    let media_type = media_type(headers);
+    if media_type.is_empty() || media_type == "application/json" || media_type.ends_with("+json") {
+        return Ok(());
+    }
+    Err(ApiError::MediaType(format!("{what} is application/json (curl --json @FILE), not {media_type}")))
+}
+
 /// The media type of a request without its parameters, in lower case; empty when there is none.
 pub fn media_type(headers: &HeaderMap) -> String {
     let value = headers.get(header::CONTENT_TYPE).and_then(|value| value.to_str().ok()).unwrap_or("");

@@ -1,5 +1,6 @@
 //! Replies on their way: what they pin in memory is bounded, however slowly they are read.
 
+use std::collections::VecDeque;
 use std::convert::Infallible;
 use std::pin::Pin;
 use std::sync::Arc;
@@ -22,14 +23,20 @@ const PIECE: usize = 64 << 10;
 /// Bytes that are sent, with their share of the budget: all of them are in memory until the last one has gone.
 #[derive(Debug)]
 pub struct Delivery {
-    rest: Bytes,
+    rest: VecDeque<Bytes>,
     _share: Arc<Share>,
 }
 
 impl Delivery {
     /// A body of these bytes.
     pub fn body(bytes: Bytes, share: Arc<Share>) -> axum::body::Body {
-        axum::body::Body::new(Self { rest: bytes, _share: share })
+        Self::of_parts(VecDeque::from([bytes]), share)
+    }
+
+    /// A body of bytes one behind the other; each part is let go when it has gone.
+    pub fn of_parts(mut parts: VecDeque<Bytes>, share: Arc<Share>) -> axum::body::Body {
+        parts.retain(|part| !part.is_empty());
+        axum::body::Body::new(Self { rest: parts, _share: share })
     }
 }
 
@@ -55,11 +62,13 @@ impl Body for Delivery {
     type Error = Infallible;
 
     fn poll_frame(mut self: Pin<&mut Self>, _: &mut Context<'_>) -> Poll<Option<Result<Frame<Bytes>, Infallible>>> {
-        if self.rest.is_empty() {
-            return Poll::Ready(None);
+        let Some(part) = self.rest.front_mut() else { return Poll::Ready(None) };
+        let length = PIECE.min(part.len());
+        let piece = part.split_to(length);
+        if part.is_empty() {
+            self.rest.pop_front();
         }
-        let length = PIECE.min(self.rest.len());
-        Poll::Ready(Some(Ok(Frame::data(self.rest.split_to(length)))))
+        Poll::Ready(Some(Ok(Frame::data(piece))))
     }
 
     fn is_end_stream(&self) -> bool {
@@ -67,6 +76,6 @@ impl Body for Delivery {
     }
 
     fn size_hint(&self) -> SizeHint {
-        SizeHint::with_exact(self.rest.len() as u64)
+        SizeHint::with_exact(self.rest.iter().map(|part| part.len() as u64).sum())
     }
 }

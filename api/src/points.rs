@@ -93,7 +93,7 @@ async fn get(
     first.extend(series.row(Instant::now()).await?);
     let rest = stream::unfold(Some(series), |series| async {
         let mut series = series?;
-        if series.next == series.wanted.count {
+        if series.next == series.wanted.times.count {
             return Some((Ok(Bytes::from(series.format.tail())), None));
         }
         let patience = Instant::now() + series.app.config.queue.timeout();
@@ -112,7 +112,7 @@ async fn get(
 impl Series {
     /// The next row. A line that is full is waited for as long as there is patience.
     async fn row(&mut self, patience: Instant) -> Result<Vec<u8>, ApiError> {
-        let (job, time_s) = (self.job.clone(), self.wanted.time_s(self.next));
+        let (job, time_s) = (self.job.clone(), self.wanted.times.time_s(self.next));
         let job = Arc::new(blocking(move || Ok(job.at(time_s))).await?);
         let held = loop {
             let wanting = Wanting::default();

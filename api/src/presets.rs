@@ -25,6 +25,7 @@ const FILES: &[(&str, &str, &str)] = &[
     ("cumulus-under-deck", "Cumulus under a broken deck", include_str!("../../config/scenes/cumulus-under-deck.json")),
     ("cirrus-veil", "Veil of cirrus", include_str!("../../config/scenes/cirrus-veil.json")),
     ("layers", "Broken clouds under a thin sheet", include_str!("../../config/scenes/layers.json")),
+    ("day", "Summer day over a place", include_str!("../../config/scenes/day.json")),
     ("snow", "Broken clouds over snow", include_str!("../../config/scenes/snow.json")),
 ];
 

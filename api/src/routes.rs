@@ -3,14 +3,14 @@
 use std::sync::Arc;
 
 use axum::body::Body;
-use axum::extract::{DefaultBodyLimit, Path, Request, State};
+use axum::extract::{DefaultBodyLimit, Path, Request as HttpRequest, State};
 use axum::http::{StatusCode, header};
 use axum::middleware::from_fn_with_state;
 use axum::response::{IntoResponse, Response};
 use axum::routing::{get, post};
 use axum::{Json, Router};
 use serde_json::{Value, json};
-use skyloom::request::TextureKind;
+use skyloom::request::{Format, Request, TextureKind};
 use skyloom::scene::{FieldError, Scene};
 use tower_http::catch_panic::CatchPanicLayer;
 
@@ -22,7 +22,7 @@ use crate::images::MEDIA_TYPES;
 use crate::problem::{ApiError, KINDS, field_problems};
 use crate::render_queue::State as RenderState;
 
-use crate::{ambient, body, frames, jobs, listing, points, presets, sun, textures, version, viewer};
+use crate::{ambient, body, bundle, film, frames, jobs, listing, points, presets, sun, textures, version, viewer};
 
 /// All routes over the shared state.
 pub fn router(app: Arc<App>) -> Router {
@@ -33,10 +33,12 @@ pub fn router(app: Arc<App>) -> Router {
         .route("/v1/skies/{id}/sun.json", get(sun::get))
         .route("/v1/skies/{id}/ambient.json", get(ambient::get))
         .route("/v1/skies/{id}/frames", get(frames::get))
+        .route("/v1/skies/{id}/frames.zip", get(film::get))
         .route("/v1/skies/{id}/point.json", get(points::json))
         .route("/v1/skies/{id}/point.csv", get(points::csv))
         .route("/v1/skies/{id}/{file}", get(textures::get))
         .route("/v1/images", post(store_image).get(listing::images))
+        .route("/v1/render", post(bundle::post))
         .route("/v1/presets", get(list_presets))
         .route("/v1/limits", get(show_limits))
         .route("/metrics", get(metrics))
@@ -65,18 +67,12 @@ pub fn admin(app: Arc<App>) -> Router {
         .with_state(app)
 }
 
-async fn register_sky(State(app): State<Arc<App>>, client: Client, request: Request) -> Result<Response, ApiError> {
+async fn register_sky(State(app): State<Arc<App>>, client: Client, request: HttpRequest) -> Result<Response, ApiError> {
     let (parts, body) = request.into_parts();
-    let media_type = body::media_type(&parts.headers);
-    // Forms and plain text are what a page of anybody may send to anywhere; they are no scenes.
-    if !media_type.is_empty() && media_type != "application/json" && !media_type.ends_with("+json") {
-        return Err(ApiError::MediaType(format!(
-            "a scene is application/json (curl --json @scene.json), not {media_type}"
-        )));
-    }
+    body::expect_json(&parts.headers, "a scene")?;
     let taken = body::read(&app, &parts, body, app.config.limits.scene_bytes).await?;
     let scene = Arc::new(blocking(move || Ok(Scene::from_json(&taken.bytes)?)).await?);
-    missing_images(&app, &scene, &client).await?;
+    textures::missing_images(&app, &scene, &client).await?;
     let images = textures::images(&app, &scene, &client).await?;
     blocking(move || {
         let found = scene.check_images(&images);
@@ -91,19 +87,6 @@ async fn register_sky(State(app): State<Arc<App>>, client: Client, request: Requ
         Ok((status, location, Json(describe(&id, &scene, notes))).into_response())
     })
     .await
-}
-
-/// Refuses a scene whose images are absent or damaged: what is in memory says nothing about the store.
-async fn missing_images(app: &Arc<App>, scene: &Scene, client: &Client) -> Result<(), ApiError> {
-    let references = scene.image_references();
-    if references.is_empty() {
-        return Ok(());
-    }
-    // Whether they are whole is seen by reading them.
-    let _pass = app.image_work.enter(client, "an image").await;
-    let app = Arc::clone(app);
-    let missing = blocking(move || app.images.missing(&references)).await?;
-    if missing.is_empty() { Ok(()) } else { Err(ApiError::InvalidScene(missing)) }
 }
 
 async fn show_sky(State(app): State<Arc<App>>, Path(id): Path<String>) -> Result<Response, ApiError> {
@@ -124,6 +107,7 @@ async fn remove_sky(State(app): State<Arc<App>>, Path(id): Path<String>) -> Resu
 fn describe(id: &str, scene: &Scene, notes: Vec<FieldError>) -> Value {
     let own = format!("/v1/skies/{id}");
     let mut links = json!({ "self": own, "plan": format!("{own}/plan"), "frames": format!("{own}/frames"),
+        "film": format!("{own}/frames.zip"), "point": format!("{own}/point.json"),
         "sun": format!("{own}/sun.json"), "ambient": format!("{own}/ambient.json") });
     for name in TextureKind::ALL.map(TextureKind::name) {
         links[name] = json!(version::link(&format!("{own}/{name}.exr")));
@@ -161,7 +145,7 @@ fn table_state(app: &App, id: &str, scene: &Scene) -> Value {
     told
 }
 
-async fn store_image(State(app): State<Arc<App>>, client: Client, request: Request) -> Result<Response, ApiError> {
+async fn store_image(State(app): State<Arc<App>>, client: Client, request: HttpRequest) -> Result<Response, ApiError> {
     let (parts, body) = request.into_parts();
     let media_type = body::media_type(&parts.headers);
     if !MEDIA_TYPES.contains(&media_type.as_str()) {
@@ -188,9 +172,19 @@ async fn show_limits(State(app): State<Arc<App>>) -> Response {
     let jobs = json!({ "count": jobs.count, "textures": jobs.textures, "keep": jobs.keep, "ahead_s": jobs.ahead_s,
         "store_bytes": jobs.store_bytes });
     let answer = json!({
-        "version": *skyloom::VERSION, "limits": limits, "queue": queue, "cache": cache, "server": times, "jobs": jobs,
+        "version": *skyloom::VERSION, "textures": kinds(), "limits": limits, "queue": queue, "cache": cache, "server": times, "jobs": jobs,
     });
     ([(header::CACHE_CONTROL, "no-cache")], Json(answer)).into_response()
+}
+
+/// Every texture with the formats that it comes in.
+fn kinds() -> Vec<Value> {
+    let of = |kind: TextureKind| {
+        let comes = |format: &Format| Request::parse(kind.name(), format.extension(), &[]).is_ok();
+        let formats: Vec<_> = Format::ALL.into_iter().filter(comes).map(Format::extension).collect();
+        json!({ "name": kind.name(), "channels": kind.channels(), "meaning": kind.meaning(), "formats": formats })
+    };
+    TextureKind::ALL.into_iter().map(of).collect()
 }
 
 async fn live() -> Response {

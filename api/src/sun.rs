@@ -10,7 +10,7 @@ use axum::http::header;
 use axum::response::{IntoResponse as _, Response};
 use serde_json::{Value, json};
 use skyloom::illumination::Illumination;
-use skyloom::request::RequestError;
+use skyloom::request::{Format, RequestError, TextureKind};
 use skyloom::sun::{SolarDay, SunError, SunPosition};
 use skyloom::{Job, Request, Scene};
 use std::sync::Arc;
@@ -32,10 +32,17 @@ pub async fn get(
         RequestError::Invalid(errors) => ApiError::InvalidQuery(field_problems(errors)),
         other => ApiError::Internal(other.to_string()),
     })?;
-    let images = textures::images(&app, &scene, &client).await?;
-    let job = table_work::job(&app, &scene, request, &images, &client).await?;
-    let answer = blocking(move || describe(&scene, &job).map_err(|error| ApiError::Internal(error.to_string())));
-    Ok(([(header::CACHE_CONTROL, "no-cache")], Json(answer.await?)).into_response())
+    let answer = at(&app, &scene, request.time_s, &client).await?;
+    Ok(([(header::CACHE_CONTROL, "no-cache")], Json(answer)).into_response())
+}
+
+/// The sun of a scene at a time, s since its start.
+pub async fn at(app: &Arc<App>, scene: &Arc<Scene>, time_s: f64, client: &Client) -> Result<Value, ApiError> {
+    let request = Request { time_s, ..Request::new(TextureKind::Shadow, Format::F32) };
+    let images = textures::images(app, scene, client).await?;
+    let job = table_work::job(app, scene, request, &images, client).await?;
+    let scene = Arc::clone(scene);
+    blocking(move || describe(&scene, &job).map_err(|error| ApiError::Internal(error.to_string()))).await
 }
 
 fn describe(scene: &Scene, job: &Job) -> Result<Value, SunError> {

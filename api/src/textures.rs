@@ -18,7 +18,7 @@ use serde::Serialize;
 use sha2::{Digest as _, Sha256};
 use skyloom::encode::Output;
 use skyloom::plan::{Choice, Plan, expected_error, meets_tolerance};
-use skyloom::render::{Images, Job};
+use skyloom::render::Images;
 use skyloom::request::{Request, RequestError};
 use skyloom::scene::Scene;
 
@@ -77,11 +77,8 @@ pub async fn get(
     }
     let given = kept(&app, &scene, request, &tag, &client).await?;
     app.metrics.looked_up(given.was_kept);
-    let share = match given.share {
-        Some(share) => Some(share),
-        None => given.reply.held(&app.deliveries, &client, Instant::now() + app.config.queue.timeout()).await,
-    };
-    let body = Delivery::body(given.reply.bytes.clone(), share.ok_or(ApiError::Crowded)?);
+    let share = share(&app, &given, &client).await?;
+    let body = Delivery::body(given.reply.bytes.clone(), share);
     let mut response = head.with(&given.reply, given.was_kept, body)?;
     response.extensions_mut().insert(HasShare);
     Ok(response)
@@ -117,6 +114,15 @@ pub async fn given(
 ) -> Result<Given, ApiError> {
     let tag = tag(app, id, &request).await?;
     kept(app, scene, request, &tag, client).await
+}
+
+/// A reply's share of what replies on their way may take.
+pub async fn share(app: &Arc<App>, given: &Given, client: &Client) -> Result<Arc<Share>, ApiError> {
+    if let Some(share) = &given.share {
+        return Ok(Arc::clone(share));
+    }
+    let share = given.reply.held(&app.deliveries, client, Instant::now() + app.config.queue.timeout()).await;
+    share.ok_or(ApiError::Crowded)
 }
 
 /// Reads an address.
@@ -244,7 +250,7 @@ async fn make(
     };
     let deadline = Instant::now() + app.config.queue.timeout();
     // Room for the reply, before there is something that would need it.
-    let expected = expected_bytes(&job);
+    let expected = expected_bytes(job.request(), job.scene());
     let share = app.deliveries.take(&client, expected, deadline).await;
     let mut share = share.ok_or(ApiError::Crowded)?;
     let held = match app.queue.render(Arc::new(job), &client, deadline, cancelled).await {
@@ -272,16 +278,29 @@ async fn make(
 }
 
 /// Bytes of a texture's file at most, but for what it says of itself.
-fn expected_bytes(job: &Job) -> u64 {
-    let [across, down] = job.request().texels(job.scene()).map(u64::from);
-    let channels = job.request().wanted.channels().len() as u64;
+pub fn expected_bytes(request: &Request, scene: &Scene) -> u64 {
+    let [across, down] = request.texels(scene).map(u64::from);
+    let channels = request.wanted.channels().len() as u64;
     let bytes = across * down * channels * size_of::<f32>() as u64;
-    let bytes = match job.request().output {
+    let bytes = match request.output {
         // Colours have a fourth channel there, and levels are a third more.
         Output::Packed(_) => bytes * 4 / 3 * 4 / 3 + 64,
         _ => bytes,
     };
     bytes + ABOUT_ITSELF
+}
+
+/// Refuses a scene whose images are absent or damaged: what is in memory says nothing about the store.
+pub async fn missing_images(app: &Arc<App>, scene: &Scene, client: &Client) -> Result<(), ApiError> {
+    let references = scene.image_references();
+    if references.is_empty() {
+        return Ok(());
+    }
+    // Whether they are whole is seen by reading them.
+    let _pass = app.image_work.enter(client, "an image").await;
+    let app = Arc::clone(app);
+    let missing = blocking(move || app.images.missing(&references)).await?;
+    if missing.is_empty() { Ok(()) } else { Err(ApiError::InvalidScene(missing)) }
 }
 
 /// The images that a scene names, decoded.

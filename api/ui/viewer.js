@@ -5,7 +5,7 @@ import { defaults, onChange, readAddress, set, state } from "./viewer/state.js";
 import { isPhysical, original, sceneNow, setPresets, sunOf } from "./viewer/scene.js";
 import { load, loadOther, loadSharp, mainOf, methodsOf, queryOf } from "./viewer/load.js";
 import { canvasNow, frameNow, hasDome, hasGround, mapSide, moveCross, point, repaint, show } from "./viewer/paint.js";
-import { commands, showCompared, showFiles, showPlan, stagesOf } from "./viewer/panels.js";
+import { commands, setTextures, showCompared, showFiles, showPlan, stagesOf } from "./viewer/panels.js";
 import { hands, nearer, resetView, sunHand } from "./viewer/hands.js";
 import { placeOf, placeOfLine, showProblem } from "./viewer/wrong.js";
 import { player } from "./viewer/play.js";
@@ -336,7 +336,8 @@ async function start() {
     if (found.view === "ground") found.view = "dome";
   }
   try {
-    const presets = await askJson("/v1/presets");
+    const [presets, limits] = await Promise.all([askJson("/v1/presets"), askJson("/v1/limits")]);
+    setTextures(limits.textures);
     setPresets(presets);
     for (const { name, title } of presets) $("preset").append(new Option(title, name));
     const edited = Object.assign(new Option("edited", ""), { disabled: true });

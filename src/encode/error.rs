@@ -88,13 +88,16 @@ pub enum EncodeError {
         /// Its place.
         at: At,
     },
-    /// All values so small that a shared exponent of 5 bits leaves them too few digits.
+    /// All values so small that a coding leaves them too few digits.
     #[error(
-        "largest value {} ({at}) is below 0.000015, where coding rgb9e5 loses digits; allowed: coding float with depth 32, or a \
-         larger scale",
-        number(*.value)
+        "largest value {} ({at}) is below {}, where {what} loses digits; allowed: coding float with depth 32, or a larger scale",
+        number(*.value), .least
     )]
     TooDark {
+        /// The coding.
+        what: &'static str,
+        /// From where on it has them.
+        least: &'static str,
         /// The largest value.
         value: f32,
         /// Its place.
@@ -102,10 +105,12 @@ pub enum EncodeError {
     },
     /// A value outside the range of a mask.
     #[error(
-        "value {} ({at}) is outside 0 to 1, the range of a PNG with encoding linear; allowed: formats exr, f32{}",
+        "value {} ({at}) is outside 0 to 1, the range of {what}; allowed: formats exr, f32{}",
         number(*.value), hint(*.scale)
     )]
     OutsideMask {
+        /// The file or coding.
+        what: &'static str,
         /// The value farthest outside.
         value: f32,
         /// Its place.

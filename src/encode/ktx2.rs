@@ -19,6 +19,8 @@ fn format(layout: Layout) -> [u32; 2] {
         Layout::Four(Depth::Half) => [97, 2],
         Layout::Four(Depth::Float) => [109, 4],
         Layout::Rgb9e5 => [123, 4],
+        Layout::Bc6h => [143, 1],
+        Layout::Bc4 => [139, 1],
     }
 }
 
@@ -57,7 +59,8 @@ pub(super) fn file(texture: &DeviceTexture, metadata: &Metadata) -> Vec<u8> {
 /// The data format descriptor: linear light in the primaries of Rec.709.
 fn descriptor(texture: &DeviceTexture) -> Vec<u8> {
     /// Bits of a channel's kind: a float, with a sign, an exponent.
-    const FLOAT: u32 = 0x80 | 0x40;
+    const FLOAT: u32 = 0x80 | SIGNED;
+    const SIGNED: u32 = 0x40;
     const EXPONENT: u32 = 0x20;
     const ALPHA: u32 = 15;
     let (minus_one, one) = ((-1.0_f32).to_bits(), 1.0_f32.to_bits());
@@ -74,13 +77,24 @@ fn descriptor(texture: &DeviceTexture) -> Vec<u8> {
             .into_iter()
             .flat_map(|channel| [[9 * channel, 9, channel, 0, 8448], [27, 5, channel | EXPONENT, 15, 31]])
             .collect(),
+        // A block is one sample, of floats without a sign and of parts of a whole.
+        Layout::Bc6h => vec![[0, 128, FLOAT & !SIGNED, 0, one]],
+        Layout::Bc4 => vec![[0, 64, 0, 0, u32::MAX]],
     };
     let block = 24 + 16 * samples.len() as u32;
-    let (model_rgbsda, primaries_bt709, transfer_linear) = (1, 1 << 8, 1 << 16);
+    // Colours, or the kind of blocks.
+    let model = match texture.layout {
+        Layout::Single(_) | Layout::Four(_) | Layout::Rgb9e5 => 1,
+        Layout::Bc6h => 133,
+        Layout::Bc4 => 131,
+    };
+    let (primaries_bt709, transfer_linear) = (1 << 8, 1 << 16);
     let premultiplied = u32::from(texture.premultiplied == Some(true)) << 24;
-    let colours = model_rgbsda | primaries_bt709 | transfer_linear | premultiplied;
-    // Version 2; texels stand alone; bytes in the first plane.
-    let mut numbers = vec![4 + block, 0, 2 | block << 16, colours, 0, texture.layout.bytes() as u32, 0];
+    let colours = model | primaries_bt709 | transfer_linear | premultiplied;
+    // Of a block's sides in texels, less one each.
+    let sides = 0x0101 * (texture.layout.block_side() as u32 - 1);
+    // Version 2; bytes in the first plane.
+    let mut numbers = vec![4 + block, 0, 2 | block << 16, colours, sides, texture.layout.bytes() as u32, 0];
     for [first, bits, channel, low, high] in samples {
         numbers.extend([first | (bits - 1) << 16 | channel << 24, 0, low, high]);
     }

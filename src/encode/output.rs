@@ -155,6 +155,26 @@ pub enum Coding {
     Float(Depth),
     /// Three mantissas of 9 bits with a shared exponent, in 32 bits.
     Rgb9e5,
+    /// Colours without a sign as half floats, in compressed blocks of 4 x 4 texels: 8 bits a texel.
+    Bc6h,
+    /// One channel from 0 to 1, in compressed blocks of 4 x 4 texels: 4 bits a texel.
+    Bc4,
+}
+
+impl Coding {
+    /// What a request says that names one beside floats.
+    pub const WORDS: [(&'static str, Option<Self>); 4] =
+        [("float", None), ("rgb9e5", Some(Self::Rgb9e5)), ("bc6h", Some(Self::Bc6h)), ("bc4", Some(Self::Bc4))];
+
+    /// Its name in queries.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Float(_) => "float",
+            Self::Rgb9e5 => "rgb9e5",
+            Self::Bc6h => "bc6h",
+            Self::Bc4 => "bc4",
+        }
+    }
 }
 
 impl Packed {

@@ -3,6 +3,7 @@
 use half::f16;
 use rayon::prelude::*;
 
+use super::blocks::{BC4_BYTES, BC6H_BYTES, bc4, bc6h};
 use super::channels::channels;
 use super::encoded::Encoded;
 use super::error::EncodeError;
@@ -10,9 +11,10 @@ use super::metadata::Metadata;
 use super::mips::{Level, levels};
 use super::openexr::Depth;
 use super::output::{Alpha, Coding, Container, Packed};
+use super::picture::check_mask;
 use super::pixels::Pixels;
 use super::precision::check_half;
-use super::shared::{check, rgb9e5};
+use super::shared::{Range, check, rgb9e5};
 use super::{dds, ktx2};
 
 /// Faces of a cube.
@@ -39,16 +41,26 @@ pub(super) enum Layout {
     Four(Depth),
     /// 32 bits.
     Rgb9e5,
+    /// Blocks of 4 x 4 texels.
+    Bc6h,
+    Bc4,
 }
 
 impl Layout {
-    /// Bytes of a texel.
+    /// Bytes of a texel, or of a block of them.
     pub(super) fn bytes(self) -> usize {
         match self {
             Self::Single(depth) => depth.bits() as usize / 8,
             Self::Four(depth) => depth.bits() as usize / 2,
             Self::Rgb9e5 => 4,
+            Self::Bc6h => BC6H_BYTES,
+            Self::Bc4 => BC4_BYTES,
         }
+    }
+
+    /// Texels of a block's side.
+    pub(super) fn block_side(self) -> usize {
+        if matches!(self, Self::Bc6h | Self::Bc4) { 4 } else { 1 }
     }
 }
 
@@ -61,8 +73,16 @@ pub(super) fn to_packed(pixels: &Pixels<'_>, metadata: &Metadata, packed: &Packe
     let channels_of_texel = pixels.channels.len();
     let (layout, bits) = match packed.coding {
         Coding::Rgb9e5 => {
-            check(pixels, true)?;
+            check(pixels, &Range::RGB9E5)?;
             (Layout::Rgb9e5, 9)
+        }
+        Coding::Bc6h => {
+            check(pixels, &Range::BC6H)?;
+            (Layout::Bc6h, 16)
+        }
+        Coding::Bc4 => {
+            check_mask(pixels, 255.0, metadata.scale, "coding bc4")?;
+            (Layout::Bc4, 8)
         }
         Coding::Float(depth) => {
             if depth == Depth::Half {
@@ -83,7 +103,7 @@ pub(super) fn to_packed(pixels: &Pixels<'_>, metadata: &Metadata, packed: &Packe
         };
         packed_levels.resize(all.len(), Vec::new());
         for (faces, level) in packed_levels.iter_mut().zip(&all) {
-            faces.push(pack(&level.data, channels_of_texel, layout));
+            faces.push(pack(level, channels_of_texel, layout));
         }
     }
     let texture = DeviceTexture {
@@ -102,7 +122,8 @@ pub(super) fn to_packed(pixels: &Pixels<'_>, metadata: &Metadata, packed: &Packe
 }
 
 /// The bytes of texels.
-fn pack(data: &[f32], channels: usize, layout: Layout) -> Vec<u8> {
+fn pack(level: &Level, channels: usize, layout: Layout) -> Vec<u8> {
+    let Level { width, height, ref data } = *level;
     let four = |texel: &[f32]| match *texel {
         [r, g, b, a] => [r, g, b, a],
         [r, g, b] => [r, g, b, 1.0],
@@ -127,5 +148,13 @@ fn pack(data: &[f32], channels: usize, layout: Layout) -> Vec<u8> {
             };
             texels.flat_map_iter(colour).collect()
         }
+        Layout::Bc6h => {
+            let colour = |texel: &[f32]| {
+                let [r, g, b, _] = four(texel);
+                [r, g, b]
+            };
+            bc6h(&texels.map(colour).collect::<Vec<_>>(), width, height)
+        }
+        Layout::Bc4 => bc4(data, width, height),
     }
 }

@@ -205,9 +205,7 @@ pub fn to_png(pixels: &Pixels<'_>, picture: &Picture, white: f32) -> Result<Vec<
             quantise(pixels, depth, |value| srgb(tonemap.apply(value * gain)))
         }
         Picture::Mask { scale, .. } => {
-            if !(pixels.fraction && scale <= 1.0) {
-                check_mask(pixels, depth, scale)?;
-            }
+            check_mask(pixels, depth.top(), scale, "a PNG with encoding linear")?;
             quantise(pixels, depth, |value| value.clamp(0.0, 1.0))
         }
     };
@@ -235,10 +233,13 @@ fn divisor(pixels: &Pixels<'_>, alpha: f32) -> f32 {
     }
 }
 
-/// Refuses values that a mask would cut off: those farther from 0 to 1 than half a step. The colour of a texel whose alpha
+/// Refuses values that a mask of `top` steps would cut off: those farther from 0 to 1 than half a step. Of a fraction they are noise. The colour of a texel whose alpha
 /// is rounded to 0 is seen by nobody.
-fn check_mask(pixels: &Pixels<'_>, depth: PictureDepth, scale: f64) -> Result<(), EncodeError> {
-    let (count, half_step) = (pixels.channels.len(), 0.5 / depth.top());
+pub(super) fn check_mask(pixels: &Pixels<'_>, top: f32, scale: f64, what: &'static str) -> Result<(), EncodeError> {
+    if pixels.fraction && scale <= 1.0 {
+        return Ok(());
+    }
+    let (count, half_step) = (pixels.channels.len(), 0.5 / top);
     let farthest = |(index, texel): (usize, &[f32])| {
         let (colour, alpha) = texel.split_at(pixels.lit());
         let divisor = match alpha.first() {
@@ -254,7 +255,7 @@ fn check_mask(pixels: &Pixels<'_>, depth: PictureDepth, scale: f64) -> Result<()
     found.map_or(Ok(()), |(index, value)| {
         // No scale makes a negative value positive.
         let scale = if value > 0.0 { fitting(scale / f64::from(value), f64::floor) } else { None };
-        Err(EncodeError::OutsideMask { value, at: At::new(pixels.width, pixels.channels, index), scale })
+        Err(EncodeError::OutsideMask { what, value, at: At::new(pixels.width, pixels.channels, index), scale })
     })
 }
 

@@ -7,7 +7,7 @@ use super::encoded::Encoded;
 use super::error::EncodeError;
 use super::metadata::Metadata;
 use super::pixels::Pixels;
-use super::shared::{check, rgbe};
+use super::shared::{Range, check, rgbe};
 
 /// Widths that the newer form of the runs takes; others are written without runs.
 const WITH_RUNS: std::ops::RangeInclusive<u32> = 8..=32_767;
@@ -20,7 +20,7 @@ const LEAST_RUN: usize = 4;
 /// [`EncodeError::OutsideShared`] for values below 0.
 pub(super) fn to_hdr(pixels: &Pixels<'_>, metadata: &Metadata) -> Result<Encoded, EncodeError> {
     pixels.check()?;
-    check(pixels, false)?;
+    check(pixels, &Range::RGBE)?;
     let mut file = format!("#?RADIANCE\n# skyloom {}\n", metadata.version);
     for (name, value) in metadata.in_words() {
         // A line each, whatever a word may hold.

@@ -1,5 +1,5 @@
 //! Colours with a shared exponent: Radiance's RGBE, and RGB9E5 of graphics interfaces. Both are rounded to the nearest, so that
-//! the mean of a picture is that of its texels.
+//! the mean of a picture is that of its texels. And what values codings without a sign take.
 
 use super::error::{At, EncodeError};
 use super::pixels::Pixels;
@@ -11,9 +11,26 @@ const DARK_RGB9E5: f32 = 1.0 / 65_536.0;
 /// Largest value of RGBE: 255/256 x 2^127.
 const MOST_RGBE: f32 = 1.694_755e38;
 
-/// Refuses what has a sign, what is too large, and, for RGB9E5, what is too dark as a whole.
-pub(super) fn check(pixels: &Pixels<'_>, rgb9e5: bool) -> Result<(), EncodeError> {
-    let (what, most) = if rgb9e5 { ("coding rgb9e5", MOST_RGB9E5) } else { ("format hdr", MOST_RGBE) };
+/// What a coding without a sign is called, and its range: the largest value, and below which largest one a texture is too dark as
+/// a whole, also in words.
+pub(super) struct Range {
+    what: &'static str,
+    most: f32,
+    dark: f32,
+    told: &'static str,
+}
+
+impl Range {
+    pub(super) const RGBE: Self = Self { what: "format hdr", most: MOST_RGBE, dark: 0.0, told: "0" };
+    pub(super) const RGB9E5: Self =
+        Self { what: "coding rgb9e5", most: MOST_RGB9E5, dark: DARK_RGB9E5, told: "0.000015" };
+    /// That of half floats.
+    pub(super) const BC6H: Self = Self { what: "coding bc6h", most: 65_504.0, dark: 1.0 / 16_384.0, told: "0.000061" };
+}
+
+/// Refuses what has a sign, what is too large, and what is too dark as a whole.
+pub(super) fn check(pixels: &Pixels<'_>, range: &Range) -> Result<(), EncodeError> {
+    let Range { what, most, dark, told } = *range;
     let outside = pixels.data.iter().position(|value| !(0.0..=most).contains(value));
     let at = |index: usize| At::new(pixels.width, pixels.channels, index);
     if let Some(index) = outside {
@@ -22,8 +39,8 @@ pub(super) fn check(pixels: &Pixels<'_>, rgb9e5: bool) -> Result<(), EncodeError
     }
     let brightest = pixels.data.iter().copied().enumerate().max_by(|one, other| one.1.total_cmp(&other.1));
     match brightest {
-        Some((index, value)) if rgb9e5 && value > 0.0 && value < DARK_RGB9E5 => {
-            Err(EncodeError::TooDark { value, at: at(index) })
+        Some((index, value)) if value > 0.0 && value < dark => {
+            Err(EncodeError::TooDark { what, least: told, value, at: at(index) })
         }
         _ => Ok(()),
     }

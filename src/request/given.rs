@@ -49,7 +49,8 @@ pub(super) struct Given {
     pub(super) tonemap: Tonemap,
     pub(super) mask: bool,
     pub(super) depth: Option<u32>,
-    pub(super) shared_exponent: bool,
+    /// Another coding than floats.
+    pub(super) coding: Option<Coding>,
     pub(super) mips: bool,
 }
 
@@ -85,7 +86,7 @@ impl Given {
             tonemap: Tonemap::Filmic,
             mask: false,
             depth: None,
-            shared_exponent: false,
+            coding: None,
             mips: false,
         }
     }
@@ -104,8 +105,19 @@ impl Given {
                 "a Radiance picture (hdr) has no alpha, which this texture has; allowed: exr, png, ktx2, dds, f16, f32";
             return Some(("format", detail.to_owned()));
         }
-        if has_alpha && self.shared_exponent && matches!(self.format, Format::Ktx2 | Format::Dds) {
-            return Some(("coding", "\"rgb9e5\" has no alpha, which this texture has; allowed: float".to_owned()));
+        if let (Some(coding), Format::Ktx2 | Format::Dds) = (self.coding, self.format) {
+            let single =
+                texture.channels() == ["Y"] || self.spectrum != Spectrum::Visible && texture != TextureKind::Cloud;
+            let why = match coding {
+                Coding::Bc4 if !single => {
+                    "is for one channel, and this texture has more; allowed: float, rgb9e5 or bc6h without alpha"
+                }
+                Coding::Rgb9e5 | Coding::Bc6h if has_alpha => "has no alpha, which this texture has; allowed: float",
+                _ => "",
+            };
+            if !why.is_empty() {
+                return Some(("coding", format!("\"{}\" {why}", coding.name())));
+            }
         }
         let too_wide = self.fov_deg.filter(|fov_deg| self.layout == "camera" && *fov_deg > MAX_CAMERA_FOV_DEG)?;
         Some(("fov", format!("\"{too_wide}\" is not allowed for a camera; allowed: 1 to {MAX_CAMERA_FOV_DEG}")))
@@ -172,7 +184,7 @@ impl Given {
 
     fn packed(&self, container: Container, linear: Linear) -> Packed {
         let depth = if self.depth == Some(32) { Depth::Float } else { Depth::Half };
-        let coding = if self.shared_exponent { Coding::Rgb9e5 } else { Coding::Float(depth) };
+        let coding = self.coding.unwrap_or(Coding::Float(depth));
         Packed { container, linear, coding, mips: self.mips }
     }
 

@@ -332,13 +332,12 @@ pub const QUERY_PARAMETERS: &[QueryParameter] = &[
     },
     QueryParameter {
         name: "coding",
-        values: "float | rgb9e5",
+        values: "float | rgb9e5 | bc6h | bc4",
         default: "float",
-        meaning: "how KTX2 and DDS pack a texel: floats of `depth` bits, or three 9-bit mantissas and a shared exponent in 32 bits",
-        read: |given, text| set(&mut given.shared_exponent, word(text, &[("float", false), ("rgb9e5", true)])),
+        meaning: "how KTX2 and DDS pack texels: floats of `depth` bits, three 9-bit mantissas and a shared exponent in 32 bits, or blocks of 4 x 4 texels, 8 or 4 bits each",
+        read: |given, text| set(&mut given.coding, word(text, &Coding::WORDS)),
         write: |request| match request.output {
-            Output::Packed(Packed { coding: Coding::Rgb9e5, .. }) => Some("rgb9e5".to_owned()),
-            Output::Packed(_) => Some("float".to_owned()),
+            Output::Packed(Packed { coding, .. }) => Some(coding.name().to_owned()),
             _ => None,
         },
     },

@@ -2,6 +2,7 @@
 //! keys are counted, as in memory they are up to a hundred times as long as their text.
 
 use super::encoding::{self, EncodingError};
+use super::model::SceneError;
 use serde::de::DeserializeSeed;
 use serde_json::{Map, Number, Value};
 use std::cell::Cell;
@@ -21,6 +22,14 @@ pub(super) enum JsonError {
     /// Text, but not JSON, or a key twice.
     #[error("{error}{hint}")]
     Syntax { error: serde_json::Error, hint: &'static str },
+}
+
+/// Reads JSON as a scene is read: no key is given twice. For documents that have a scene in a field.
+///
+/// # Errors
+/// [`SceneError::Unreadable`] where the text is no JSON.
+pub fn strict_json(text: &[u8]) -> Result<Value, SceneError> {
+    parse(text).map_err(|error| SceneError::Unreadable(error.to_string()))
 }
 
 /// Parses JSON and refuses duplicate keys.

@@ -260,6 +260,11 @@ impl Scene {
         digest.iter().take(16).map(|byte| format!("{byte:02x}")).collect()
     }
 
+    /// Whether it has physical air; if not, it gives its light itself.
+    pub fn is_in_air(&self) -> bool {
+        matches!(self.atmosphere, Atmosphere::Air(_))
+    }
+
     /// Every image that the scene names, with the place where it does.
     pub fn image_references(&self) -> Vec<ImageReference> {
         let mut found = Vec::new();

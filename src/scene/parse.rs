@@ -18,7 +18,7 @@ pub(super) const BASE_M: f64 = 1000.0;
 
 pub(super) fn scene(text: &[u8], resolve: Resolve<'_>) -> Result<Scene, SceneError> {
     within_bytes(text.len(), "")?;
-    let value = json::parse(text).map_err(|error| SceneError::Unreadable(error.to_string()))?;
+    let value = json::strict_json(text)?;
     let mut reader = Reader::default();
     let scene = root(&mut reader, &value, resolve);
     match scene {

@@ -4,14 +4,17 @@
 
 mod access;
 mod bad_input;
+mod bundle;
 mod caching;
 mod command_line;
 mod crowds;
 mod damage;
+mod film;
 mod frames;
 mod harness;
 mod images;
 mod jobs;
+mod letter;
 mod lifecycle;
 mod observed;
 mod points;

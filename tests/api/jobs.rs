@@ -87,6 +87,7 @@ fn a_job_is_one_call_and_its_frames_are_read_with_strong_tags() {
     let rest = server.ask("PATCH", "/v1/jobs/roof", &[], br#"{"paused": true}"#);
     assert_eq!((rest.status, rest.json()["state"].as_str()), (200, Some("paused")));
     server.ask("PATCH", "/v1/jobs/roof", &[], br#"{"every": 1}"#).names(422, "/every");
+    server.ask("PATCH", "/v1/jobs/roof", &[], br#"{"keep": 5, "keep": 6}"#).problem(400);
     assert_eq!(server.metric("skyloom_jobs{state=\"paused\"}"), Some(1.0));
     assert!(server.metric("skyloom_job_bytes").unwrap() >= 64.0);
     let list = server.get("/v1/jobs").json();

@@ -2,7 +2,7 @@
 
 use std::time::{Duration, SystemTime};
 
-use serde_json::Value;
+use serde_json::{Value, json};
 
 use crate::harness::{NO_DRIVER, Server, common, eventually, scene};
 use crate::images::ramp;
@@ -116,7 +116,13 @@ fn presets_are_scenes_that_can_be_registered() {
     let common = common();
     let presets = common.server.get("/v1/presets").json();
     let presets = presets.as_array().unwrap();
-    assert!(presets.len() >= 4);
+    // Every file is one of them.
+    let files = std::fs::read_dir(concat!(env!("CARGO_MANIFEST_DIR"), "/../config/scenes")).unwrap();
+    let mut files: Vec<_> = files.map(|file| file.unwrap().file_name().into_string().unwrap()).collect();
+    let mut names: Vec<_> = presets.iter().map(|preset| format!("{}.json", preset["name"].as_str().unwrap())).collect();
+    files.sort();
+    names.sort();
+    assert_eq!(files, names);
     for preset in presets {
         assert!(!preset["title"].as_str().unwrap().is_empty());
         common.server.sky(&preset["scene"]);
@@ -129,6 +135,12 @@ fn limits_in_force_are_shown() {
     let limits = common.server.get("/v1/limits").json();
     assert_eq!(limits["limits"]["scene_bytes"], 4_194_304);
     assert_eq!(limits["queue"]["depth"], 32);
+    let textures = limits["textures"].as_array().unwrap();
+    let formats = |name: &str| &textures.iter().find(|texture| texture["name"] == name).unwrap()["formats"];
+    assert_eq!(*formats("sky"), json!(["exr", "png", "hdr", "ktx2", "dds", "f16", "f32"]));
+    // That one has alpha.
+    assert_eq!(*formats("cloud"), json!(["exr", "png", "ktx2", "dds", "f16", "f32"]));
+    assert_eq!(textures.len(), 6);
 }
 
 #[test]

@@ -33,7 +33,13 @@ pub struct Limits {
     pub reply_memory_bytes: u64,
     /// Times x points of one series of light at points.
     pub series_values: u64,
-    /// Streams of events and series open at a time; each holds one of `server.connections`.
+    /// Textures of one `POST /v1/render`.
+    pub bundle_textures: usize,
+    /// Texels of them together.
+    pub bundle_texels: u64,
+    /// Frames of one film.
+    pub film_frames: u64,
+    /// Streams of events, series and films open at a time; each holds one of `server.connections`.
     pub streams: usize,
 }
 
@@ -99,6 +105,9 @@ impl Default for Limits {
             upload_memory_bytes: 512 << 20,
             reply_memory_bytes: 2 << 30,
             series_values: 20_000,
+            bundle_textures: 16,
+            bundle_texels: 4096 * 4096,
+            film_frames: 3600,
             streams: 256,
         }
     }

@@ -9,7 +9,7 @@ use axum::routing::get;
 use axum::{Json, Router};
 use serde_json::{Value, json};
 use skyloom::image::sha256_hex;
-use skyloom::scene::Scene;
+use skyloom::scene::{Scene, strict_json};
 
 use super::folder::Found;
 use super::runner;
@@ -40,14 +40,9 @@ fn wrong(errors: Vec<FieldProblem>) -> ApiError {
 
 async fn document(app: &App, request: Request) -> Result<Value, ApiError> {
     let (parts, body) = request.into_parts();
-    let media_type = body::media_type(&parts.headers);
-    if !media_type.is_empty() && media_type != "application/json" && !media_type.ends_with("+json") {
-        return Err(ApiError::MediaType(format!(
-            "a job is application/json (curl --json @job.json), not {media_type}"
-        )));
-    }
+    body::expect_json(&parts.headers, "a job")?;
     let taken = body::read(app, &parts, body, app.config.limits.scene_bytes + JOB_BYTES).await?;
-    serde_json::from_slice(&taken.bytes).map_err(|error| ApiError::Unreadable(error.to_string()))
+    Ok(strict_json(&taken.bytes)?)
 }
 
 /// The scene that a job names or brings.

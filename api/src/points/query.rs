@@ -1,12 +1,11 @@
 //! What a series is asked for: which points, which times, and how its light is computed.
 
-use skyloom::illumination::Illumination;
 use skyloom::request::{Request, RequestError};
 use skyloom::scene::Scene;
-use skyloom::sun::Utc;
 
 use crate::config::Limits;
 use crate::problem::{FieldProblem, field_problems};
+use crate::span::{Span, number};
 use crate::textures;
 
 /// Parameters of the series itself.
@@ -15,29 +14,15 @@ const OWN: [&str; 4] = ["at", "from", "to", "every"];
 const TAKEN: [&str; 4] = ["tolerance", "transport", "wavelength", "peak"];
 /// Farthest point, m, as of an `eye`.
 const FARTHEST_M: f64 = 1e7;
-/// Allowed steps of time.
-const EVERY_S: [f64; 2] = [1e-3, Request::MAX_TIME_S];
-/// Step unless another is asked for.
-const DEFAULT_EVERY_S: f64 = 60.0;
 
 /// A valid query.
 #[derive(Debug)]
 pub(super) struct Wanted {
     /// Metres east and north of the domain's middle; at least one.
     pub(super) points: Vec<[f64; 2]>,
-    from_s: f64,
-    pub(super) every_s: f64,
-    /// How many times; at least one.
-    pub(super) count: u64,
+    pub(super) times: Span,
     /// Of the irradiance at the first time.
     pub(super) request: Request,
-}
-
-impl Wanted {
-    /// The time of a row.
-    pub(super) fn time_s(&self, row: u64) -> f64 {
-        self.from_s + row as f64 * self.every_s
-    }
 }
 
 /// Reads a query and gives every error in it.
@@ -73,35 +58,9 @@ pub(super) fn read(query: &[(String, String)], scene: &Scene, limits: &Limits) -
             "is missing: X,Y in metres east and north of the domain's middle; repeat it for several points".to_owned(),
         );
     }
-    let most = Request::MAX_TIME_S;
-    let start = Illumination::place(scene, 0.0).and_then(|(_, start)| start.ok());
-    let mut moment = |name: &'static str, fallback: f64| {
-        let Some(text) = given(name).next() else { return fallback };
-        time(text, start).unwrap_or_else(|| {
-            let or = if start.is_some() {
-                ", or an instant from the scene's start on (RFC 3339; a + is written %2B)"
-            } else {
-                ""
-            };
-            wrong(name, format!("\"{text}\" is not allowed; allowed: 0 to {most} seconds since the scene's start{or}"));
-            fallback
-        })
-    };
-    let from_s = moment("from", 0.0);
-    let to_s = moment("to", from_s);
-    let [least, longest] = EVERY_S;
-    let every_s = match given("every").next() {
-        None => DEFAULT_EVERY_S,
-        Some(text) => number(text, least, longest).unwrap_or_else(|| {
-            wrong("every", format!("\"{text}\" is not allowed; allowed: {least} to {longest} seconds"));
-            DEFAULT_EVERY_S
-        }),
-    };
-    if to_s < from_s {
-        wrong("to", format!("{to_s} s is before from, {from_s} s"));
-    }
-    // A step that is a part of the span meets its end in spite of rounding.
-    let count = (((to_s - from_s) / every_s * (1.0 + 1e-12)).floor().max(0.0) as u64).saturating_add(1);
+    let times = Span::read(query, scene, &mut errors);
+    let mut wrong = |name: &str, detail: String| errors.push(FieldProblem { pointer: name.to_owned(), detail });
+    let count = times.count;
     let values = count.saturating_mul(points.len() as u64);
     if values > limits.series_values {
         let detail = format!(
@@ -113,7 +72,7 @@ pub(super) fn read(query: &[(String, String)], scene: &Scene, limits: &Limits) -
         wrong("every", detail);
     }
     // The part that `peak` touches.
-    let own = [("time", from_s.to_string()), ("component", "direct".to_owned())];
+    let own = [("time", times.from_s.to_string()), ("component", "direct".to_owned())];
     passed_on.extend(own.map(|(name, value)| (name.to_owned(), value)));
     // No map is made, so that its size matters to nobody.
     let limits = Limits { max_side: Scene::MAX_SIDE, ..limits.clone() };
@@ -123,7 +82,7 @@ pub(super) fn read(query: &[(String, String)], scene: &Scene, limits: &Limits) -
         Err(other) => Err(vec![FieldProblem { pointer: "at".to_owned(), detail: other.to_string() }]),
     };
     match request {
-        Ok(request) if errors.is_empty() => Ok(Wanted { points, from_s, every_s, count, request }),
+        Ok(request) if errors.is_empty() => Ok(Wanted { points, times, request }),
         Ok(_) => Err(errors),
         Err(found) => {
             errors.extend(found);
@@ -132,22 +91,9 @@ pub(super) fn read(query: &[(String, String)], scene: &Scene, limits: &Limits) -
     }
 }
 
-fn number(text: &str, least: f64, most: f64) -> Option<f64> {
-    text.parse::<f64>().ok().filter(|number| (least..=most).contains(number)).map(|number| number + 0.0)
-}
-
 fn point(text: &str) -> Option<[f64; 2]> {
     let (east, north) = text.split_once(',')?;
     Some([number(east, -FARTHEST_M, FARTHEST_M)?, number(north, -FARTHEST_M, FARTHEST_M)?])
-}
-
-/// Seconds since the scene's start, said so or as an instant.
-fn time(text: &str, start: Option<Utc>) -> Option<f64> {
-    let instant = || Some(text.parse::<Utc>().ok()?.unix_s() - start?.unix_s());
-    let time_s = text.parse::<f64>().ok().or_else(instant)?;
-    // Instants are told to the millisecond at least; doubles of seconds since 1970 are good to less than a microsecond.
-    let time_s = (time_s * 1e6).round() / 1e6;
-    (0.0..=Request::MAX_TIME_S).contains(&time_s).then_some(time_s)
 }
 
 #[cfg(test)]
@@ -175,7 +121,7 @@ mod tests {
             ("0", "1e-3", "0.001", 2),
         ] {
             let wanted = asked(FIXED, &[("at", "0,0"), ("from", from), ("to", to), ("every", every)]).unwrap();
-            assert_eq!(wanted.count, count, "{from} {to} {every}");
+            assert_eq!(wanted.times.count, count, "{from} {to} {every}");
         }
         let day = asked(
             OVER,
@@ -186,7 +132,7 @@ mod tests {
             ],
         );
         let day = day.unwrap();
-        assert_eq!((day.time_s(0), day.time_s(60), day.count), (7200.0, 10_800.0, 61));
+        assert_eq!((day.times.time_s(0), day.times.time_s(60), day.times.count), (7200.0, 10_800.0, 61));
         assert_eq!(day.points, [[-5.0, 1000.0]]);
     }
 

@@ -85,7 +85,7 @@ impl Format {
                 let unit = job.request().wanted.unit(job.air().is_some());
                 let about = json!({
                     "id": id, "version": *skyloom::VERSION, "unit": unit, "channels": channels, "at": wanted.points,
-                    "every_s": wanted.every_s, "count": wanted.count,
+                    "every_s": wanted.times.every_s, "count": wanted.times.count,
                 });
                 // The rows follow within the same object.
                 format!("{},\n\"rows\": [", about.to_string().trim_end_matches('}')).into_bytes()
@@ -109,7 +109,7 @@ impl Format {
 
     /// A row; of comma-separated values one for each point.
     pub(super) fn row(self, scene: &Scene, wanted: &Wanted, number: u64, light: &Light) -> Result<Vec<u8>, ApiError> {
-        let time_s = wanted.time_s(number);
+        let time_s = wanted.times.time_s(number);
         let utc = Illumination::place(scene, time_s).and_then(|(_, utc)| utc.ok()).map(|utc| utc.to_string());
         let [zenith_deg, azimuth_deg] = light.sun_deg();
         match self {

@@ -91,15 +91,16 @@ export function showCompared(table, a, b, planA, planB) {
     ...stages.map((stage) => rowOf(cell("th", stage), ...[planA, planB].map((plan) => { const at = choice(plan, stage); return cell("td", at ? at.choice : "–", at ? percent(at.error) : ""); }))));
 }
 
-const FORMATS = ["exr", "hdr", "png", "ktx2", "dds", "f16", "f32"];
-const FILES = [["sky", 3, "panorama"], ["cloud", 4, "radiance and alpha"], ["shadow", 1, "of the sun’s beam"], ["irradiance", 3, "of the ground"], ["thickness", 1, "metres"], ["compass", 3, "to test an engine"]];
+// What the server makes, and in which formats.
+let textures = [];
+export const setTextures = (all) => { textures = all; };
 const bytes = (n) => (n > 1e6 ? `${(n / 1e6).toFixed(1)} MB` : `${Math.round(n / 1e3)} kB`);
 
 export function showFiles(table, sky, size, queryOf) {
-  const rows = FILES.map(([texture, channels, meaning]) => {
+  const rows = textures.map(({ name: texture, channels, meaning, formats }) => {
     const wide = texture === "sky" || texture === "compass" ? 2 * size : size;
     const links = document.createElement("td");
-    for (const format of FORMATS.filter((format) => format !== "hdr" || channels < 4)) {
+    for (const format of formats) {
       const link = document.createElement("a");
       link.href = `/v1/skies/${sky.id}/${texture}.${format}?${new URLSearchParams(queryOf(texture))}`;
       link.download = `${texture}.${format}`;
@@ -107,7 +108,7 @@ export function showFiles(table, sky, size, queryOf) {
       link.setAttribute("aria-label", `${texture} as ${format}`);
       links.append(link, " ");
     }
-    return rowOf(cell("td", texture, meaning), cell("td", `${wide} × ${size}`, `floats ${bytes(wide * size * channels * 4)}`), links);
+    return rowOf(cell("td", texture, meaning), cell("td", `${wide} × ${size}`, `floats ${bytes(wide * size * channels.length * 4)}`), links);
   });
   table.replaceChildren(headOf("Texture", "Texels", "Formats"), ...rows);
 }
@@ -115,5 +116,5 @@ export function showFiles(table, sky, size, queryOf) {
 export function commands(sky, scene, queryOf) {
   const text = JSON.stringify(scene).replaceAll("'", "'\\''");
   const line = (texture, format) => `curl -o ${texture}.${format} '${location.origin}/v1/skies/${sky.id}/${texture}.${format}?${new URLSearchParams(queryOf(texture))}'`;
-  return [`curl --json '${text}' ${location.origin}/v1/skies`, ...FILES.map(([texture]) => line(texture, "png")), line("cloud", "exr")].join("\n");
+  return [`curl --json '${text}' ${location.origin}/v1/skies`, ...textures.map(({ name }) => line(name, "png")), line("cloud", "exr")].join("\n");
 }
