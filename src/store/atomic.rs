@@ -41,8 +41,9 @@ pub(super) fn create_atomically(path: &Path, bytes: &[u8]) -> io::Result<bool> {
         Err(error) if matches!(error.kind(), io::ErrorKind::Unsupported | io::ErrorKind::PermissionDenied) => {
             match File::options().write(true).create_new(true).open(path) {
                 Err(error) if error.kind() == io::ErrorKind::AlreadyExists => false,
-                opened => opened.and_then(|mut file| file.write_all(bytes).and_then(|()| file.sync_all()))
-                    .map(|()| true)?,
+                opened => {
+                    opened.and_then(|mut file| file.write_all(bytes).and_then(|()| file.sync_all())).map(|()| true)?
+                }
             }
         }
         Err(error) => return Err(error),

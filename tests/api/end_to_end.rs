@@ -12,6 +12,7 @@ mod frames;
 mod harness;
 mod images;
 mod jobs;
+mod kept;
 mod lifecycle;
 mod observed;
 mod points;
