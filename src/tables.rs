@@ -13,5 +13,6 @@ pub use aerosol::AerosolOptics;
 pub use air::{AirMix, AirTables};
 pub use covered::{CoverLayer, CoveredMix, CoveredTables};
 pub use error::TableError;
+pub use file::{KeptFile, inspect};
 pub use library::{Artefact, TableLibrary};
 pub use mix::{Detail, MixTables, Radiance};

@@ -1,7 +1,7 @@
 //! The store in a folder: whole blobs or none, whoever writes, and nothing of others touched.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test stops where it fails")]
 
-use skyloom::store::{Entry, Folder, Store as _, StoreError, write_atomically};
+use skyloom::store::{Folder, Store as _, StoreError, Upkeep as _, is_leftover, write_atomically};
 use std::path::PathBuf;
 use std::time::{Duration, SystemTime};
 
@@ -39,7 +39,8 @@ fn blobs_are_put_got_listed_and_deleted() {
     for bytes in [&b"one"[..], b"", b"another one"] {
         store.put("a/b", bytes).unwrap();
         assert_eq!(store.get("a/b").unwrap().unwrap(), bytes);
-        assert_eq!(store.list("a").unwrap(), [Entry { name: "b".to_owned(), bytes: bytes.len() as u64 }]);
+        let listed: Vec<_> = store.list("a").unwrap().into_iter().map(|entry| (entry.name, entry.bytes)).collect();
+        assert_eq!(listed, [("b".to_owned(), bytes.len() as u64)]);
     }
     assert!(store.exists("a/b").unwrap() && store.delete("a/b").unwrap() && !store.exists("a/b").unwrap());
     assert!(matches!(store.put("../b", b"x"), Err(StoreError::Key(_))));
@@ -140,4 +141,89 @@ fn a_file_of_the_longest_name_is_written() {
     let path = place.0.join(format!("{}.exr", "ä".repeat(120)));
     write_atomically(&path, b"x").unwrap();
     assert_eq!(std::fs::read(path).unwrap(), b"x");
+}
+
+#[test]
+fn of_many_who_create_a_key_one_succeeds_and_its_bytes_stay() {
+    let place = Place::new("create");
+    let store = Folder::new(&place.0);
+    for round in 0..20 {
+        let key = format!("a/{round}");
+        let created: Vec<bool> = std::thread::scope(|scope| {
+            let makers: Vec<_> = (0..4_u8)
+                .map(|maker| {
+                    let (store, key) = (store.clone(), key.clone());
+                    scope.spawn(move || store.create(&key, &[maker; 5000]).unwrap())
+                })
+                .collect();
+            makers.into_iter().map(|maker| maker.join().unwrap()).collect()
+        });
+        let winner = u8::try_from(created.iter().position(|created| *created).unwrap()).unwrap();
+        assert_eq!(created.iter().filter(|created| **created).count(), 1);
+        assert_eq!(store.get(&key).unwrap().unwrap(), [winner; 5000]);
+        assert!(!store.create(&key, b"late").unwrap());
+    }
+    assert_eq!(place.names("a").len(), 20, "nothing is left beside them");
+}
+
+#[test]
+fn use_is_noted_and_makes_nothing() {
+    let place = Place::new("used");
+    let store = Folder::new(&place.0);
+    store.put("a/b", b"x").unwrap();
+    let day = Duration::from_secs(86_400);
+    let file = || std::fs::File::options().write(true).open(place.0.join("a/b")).unwrap();
+    file().set_modified(SystemTime::now() - 9 * day).unwrap();
+    assert!(store.list("a").unwrap()[0].age(SystemTime::now()) > 8 * day);
+    store.used("a/b");
+    store.used("a/c");
+    store.used("../c");
+    let listed = store.list("a").unwrap();
+    assert!(listed.len() == 1 && listed[0].age(SystemTime::now()) < day);
+    // Used tomorrow, by a clock that was set back since.
+    file().set_modified(SystemTime::now() + day).unwrap();
+    assert_eq!(store.list("a").unwrap()[0].age(SystemTime::now()), Duration::ZERO);
+}
+
+#[test]
+fn a_survey_sees_everything_and_what_is_set_aside_is_kept() {
+    let place = Place::new("survey");
+    let store = Folder::new(&place.0);
+    for key in ["a/b", "c", "d/e/f"] {
+        store.put(key, key.as_bytes()).unwrap();
+    }
+    for other in ["a/.x.1-2.skyloom-part", "a/Thumbs.db", "d/e/F"] {
+        std::fs::write(place.0.join(other), b"own").unwrap();
+    }
+    #[cfg(unix)]
+    std::os::unix::fs::symlink("loop", place.0.join("a/loop")).unwrap();
+    let mut seen: Vec<_> = store.survey().unwrap().into_iter().map(|entry| entry.name).collect();
+    seen.retain(|name| name != "a/loop");
+    seen.sort();
+    assert_eq!(seen, ["a/.x.1-2.skyloom-part", "a/Thumbs.db", "a/b", "c", "d/e/F", "d/e/f"]);
+    assert_eq!(store.set_aside("a/Thumbs.db").unwrap(), "aside/a_Thumbs.db");
+    std::fs::write(place.0.join("a/Thumbs.db"), b"another").unwrap();
+    assert_eq!(store.set_aside("a/Thumbs.db").unwrap(), "aside/a_Thumbs.db-1");
+    assert_eq!(std::fs::read(place.0.join("aside/a_Thumbs.db")).unwrap(), b"own");
+    assert!(store.discard("a/.x.1-2.skyloom-part").unwrap() && !store.discard("a/.x.1-2.skyloom-part").unwrap());
+    for out in ["../x", "/etc/passwd", "", "a/../../x"] {
+        assert!(matches!(store.set_aside(out), Err(StoreError::Key(_))), "{out:?}");
+        assert!(matches!(store.discard(out), Err(StoreError::Key(_))), "{out:?}");
+    }
+}
+
+#[test]
+fn leftovers_are_told_by_name_and_age_whichever_way_the_clock_was_set() {
+    let now = SystemTime::now();
+    let (hours, minute) = (Duration::from_secs(7200), Duration::from_secs(60));
+    for (name, modified, is_over) in [
+        (".b.1-2.skyloom-part", now - hours, true),
+        (".b.1-2.skyloom-part", now + hours, true),
+        (".b.1-2.skyloom-part", now - minute, false),
+        (".b.1-2.skyloom-part", now + minute, false),
+        ("b.skyloom-part", now - hours, false),
+        (".b", now - hours, false),
+    ] {
+        assert_eq!(is_leftover(name, modified, now), is_over, "{name}");
+    }
 }

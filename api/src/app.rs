@@ -10,14 +10,17 @@ use skyloom::store::{Folder, Store, StoreError};
 use skyloom::tables::TableLibrary;
 use tokio::sync::{OwnedSemaphorePermit, Semaphore, watch};
 
+use crate::bounded::Bounded;
 use crate::budget::Budget;
 use crate::clock::{Clock, Wall};
 use crate::config::Config;
 use crate::connections::Connections;
+use crate::finished::{self, Finished};
 use crate::gate::Gate;
 use crate::images::ImageStore;
 use crate::jobs::Jobs;
 use crate::metrics::Metrics;
+use crate::notices;
 use crate::problem::ApiError;
 use crate::render_queue::{Factory, RenderQueue};
 use crate::replies::Replies;
@@ -39,6 +42,8 @@ pub struct App {
     pub library: Arc<TableLibrary>,
     /// Where everything is kept.
     pub store: Arc<Watched>,
+    /// What of it is bounded, the least recently used going first: tables, finished textures.
+    pub bounded: [Arc<Bounded>; 2],
     /// Registered skies.
     pub skies: SkyStore,
     /// Uploaded images.
@@ -120,7 +125,7 @@ impl App {
     /// Opens the store in `config.server.data` and starts the render thread with `factory`.
     pub fn open(config: Config, factory: Factory) -> Result<Self, OpenError> {
         let folder = Folder::new(&config.server.data);
-        folder.prepare(&["skies", "images", "tables", "jobs"])?;
+        folder.prepare(&["skies", "images", "tables", "jobs", finished::FOLDER, notices::FOLDER])?;
         for name in Jobs::names(&folder)? {
             folder.prepare(&[&format!("jobs/{name}")])?;
         }
@@ -132,16 +137,21 @@ impl App {
         let watched = Arc::new(Watched::new(store));
         let store: Arc<dyn Store> = Arc::<Watched>::clone(&watched);
         let (limits, cache) = (&config.limits, &config.cache);
+        let bounded = |folder, most| Arc::new(Bounded::new(Arc::clone(&store), folder, most));
+        let tables = bounded("tables", config.store.table_bytes);
+        let textures = bounded(finished::FOLDER, config.store.texture_bytes);
+        let finished = (config.store.texture_bytes > 0).then(|| Finished::new(Arc::<Bounded>::clone(&textures)));
         let started = SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |since| since.as_secs());
         Ok(Self {
             store: watched,
-            library: Arc::new(TableLibrary::new(Some(Arc::clone(&store)))),
+            library: Arc::new(TableLibrary::new(Some(Arc::<Bounded>::clone(&tables)))),
             skies: SkyStore::open(Arc::clone(&store), Quota { count: limits.skies, bytes: limits.sky_store_bytes })?,
             jobs: Jobs::open(Arc::clone(&store), &config).map_err(OpenError::Jobs)?,
             clock: Arc::new(Wall),
             images: ImageStore::open(store, limits.image(), limits.image_store_bytes, cache.image_memory_bytes)?,
             queue: RenderQueue::start(factory, config.queue.depth).map_err(OpenError::Thread)?,
-            replies: Replies::new(cache.memory_bytes),
+            replies: Replies::new(cache.memory_bytes, finished),
+            bounded: [tables, textures],
             tables: SingleFlight::default(),
             image_work: Gate::new(IMAGE_WORK),
             deliveries: Arc::new(Budget::new(limits.reply_memory_bytes)),
@@ -160,11 +170,15 @@ impl App {
 
     /// A registered scene.
     pub async fn sky(self: &Arc<Self>, id: &str) -> Result<Arc<Scene>, ApiError> {
-        if let Some(scene) = self.skies.recent(id) {
+        if let Some(scene) = self.skies.recent(id).filter(|_| !self.skies.is_behind(id)) {
             return Ok(scene);
         }
         let (app, id) = (Arc::clone(self), id.to_owned());
-        blocking(move || app.skies.get(&id)).await
+        blocking(move || {
+            app.skies.catch_up(&id);
+            app.skies.get(&id)
+        })
+        .await
     }
 
     /// A place for a stream of events; it is given back when dropped.

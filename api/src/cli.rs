@@ -18,6 +18,7 @@ mod fault;
 mod film;
 mod generate;
 mod render;
+mod store;
 mod streams;
 
 use fault::Fault;
@@ -58,6 +59,7 @@ fn run(arguments: impl IntoIterator<Item = OsString>) -> Result<(), Fault> {
                 "film" => film::command(options),
                 "generate" => generate::command(options),
                 "check" => check(options),
+                "store" => store::command(options),
                 "chart" => chart::command(options),
                 _ => list_adapters(),
             }
@@ -78,6 +80,7 @@ fn command() -> Command {
              skyloom check scene.json                       is the scene valid, and what does it say in full?\n  \
              skyloom render scene.json irradiance.exr       one texture into a file, without a server\n  \
              skyloom chart                                  how exact and how fast is each method?\n  \
+             skyloom store check                            is everything that the server keeps whole?\n  \
              skyloom adapters                               which graphics devices are there?\n\n\
              Exit codes: 0 done, 1 failure (no driver, disk full), 2 bad usage, scene, query or image.\n\
              SKYLOOM_LOG sets what is logged to stderr (error, warn, info, debug).",
@@ -114,6 +117,7 @@ fn command() -> Command {
                      Images may be named by path, relative to the scene file.\n\nExample:\n  skyloom check scene.json",
                 ),
         )
+        .subcommand(store::describe())
         .subcommand(chart_command())
         .subcommand(Command::new("adapters").about("Lists the graphics devices; a star marks the one that is used"))
 }

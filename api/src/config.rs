@@ -13,6 +13,7 @@ mod limits;
 mod listen;
 mod optional;
 mod server;
+mod store;
 
 pub use access::{Access, Key, Right};
 pub use jobs::Jobs;
@@ -20,6 +21,7 @@ pub use limits::{Cache, Limits, Log, LogFormat, Queue, Render};
 pub use listen::{Listen, ListenError};
 pub use server::Server;
 use skyloom::scene::Scene;
+pub use store::Store;
 
 /// Longest time, s.
 const DAY_S: u64 = 86_400;
@@ -42,6 +44,8 @@ pub struct Config {
     pub render: Render,
     /// Periodic generation.
     pub jobs: Jobs,
+    /// What is kept of what can be made anew, and for how long the rest.
+    pub store: Store,
     /// Who may do what.
     pub access: Access,
     /// The log.
@@ -149,7 +153,7 @@ impl Config {
     /// Every number with the range in which it works: beyond, times overflow the clock, and memory, handles or threads do not
     /// suffice on any machine.
     fn ranges(&self) -> Vec<(&'static str, u64, RangeInclusive<u64>)> {
-        let Self { server, limits, queue, cache, jobs, .. } = self;
+        let Self { server, limits, queue, cache, jobs, store, .. } = self;
         let seconds = |key, value: u64, least| (key, value, least..=DAY_S);
         let bytes = |key, value: u64, least| (key, value, least..=MOST_BYTES);
         let count = |key, value: usize, most| (key, value as u64, 1..=most);
@@ -183,6 +187,10 @@ impl Config {
             count("jobs.keep", jobs.keep, 100_000),
             seconds("jobs.ahead_s", jobs.ahead_s, 0),
             bytes("jobs.store_bytes", jobs.store_bytes, 0),
+            bytes("store.table_bytes", store.table_bytes, 0),
+            bytes("store.texture_bytes", store.texture_bytes, 0),
+            ("store.sky_days", store.sky_days, 0..=36_500),
+            ("store.image_days", store.image_days, 0..=36_500),
             count("queue.depth", queue.depth, 100_000),
             seconds("queue.timeout_s", queue.timeout_s, 1),
             bytes("cache.memory_bytes", cache.memory_bytes, 0),

@@ -79,12 +79,15 @@ impl ImageStore {
             ShelfError::Full => ApiError::StoreFull(format!("images may take {} bytes together", self.store_bytes)),
             ShelfError::Store(error) => error.into(),
         })?;
+        if !is_new {
+            self.shelf.used(&sha256);
+        }
         self.decoded.insert(sha256.clone(), Arc::new(image));
         Ok(Stored { sha256, width, height, is_new })
     }
 
     /// Names and bytes of what is kept, in no order.
-    pub fn names(&self) -> Vec<(String, u64)> {
+    pub fn names(&self) -> Result<Vec<(String, u64)>, StoreError> {
         self.shelf.names()
     }
 
@@ -144,6 +147,7 @@ impl ImageStore {
         }
         let bytes = self.shelf.read(name).map_err(Fault::Store)?.ok_or(Fault::Missing)?;
         if sha256_hex(&bytes) == name {
+            self.shelf.used(name);
             return Ok(bytes);
         }
         tracing::warn!(name, "a stored image is damaged");
@@ -166,6 +170,17 @@ impl Fault {
             Self::Store(error) => return Err(error.clone().into()),
         };
         Ok(FieldProblem { pointer: reference.pointer.clone(), detail })
+    }
+}
+
+/// What is wrong with a stored image. One beyond the limits is none of this: they may be others for another server.
+pub fn fault(name: &str, bytes: &[u8], limits: &ImageLimits) -> Option<String> {
+    if sha256_hex(bytes) != name {
+        return Some("damaged: its bytes have another SHA-256; upload it again with POST /v1/images".to_owned());
+    }
+    match decoded(bytes, limits) {
+        Ok(_) | Err(Undecoded::Refused(ImageError::TooLarge { .. })) => None,
+        Err(error) => Some(format!("damaged: no image that can be decoded: {error}")),
     }
 }
 

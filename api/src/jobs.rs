@@ -6,6 +6,7 @@ mod cron;
 mod folder;
 mod handlers;
 mod job;
+pub mod record;
 mod runner;
 mod schedule;
 mod spec;
@@ -298,7 +299,7 @@ fn same(one: &Value, other: &Value) -> bool {
 }
 
 /// The document of a record whose hash is right.
-fn whole(record: &[u8]) -> Option<Value> {
+pub fn whole(record: &[u8]) -> Option<Value> {
     let record: Value = serde_json::from_slice(record).ok()?;
     let document = record.get("job")?;
     (record.get("sha256")?.as_str()? == sha256_hex(document.to_string().as_bytes())).then(|| document.clone())

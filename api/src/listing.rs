@@ -8,7 +8,7 @@ use axum::http::header;
 use axum::response::{IntoResponse, Response};
 use serde_json::{Value, json};
 
-use crate::app::App;
+use crate::app::{App, blocking};
 use crate::problem::{ApiError, FieldProblem};
 
 /// Entries of a page unless another number is asked for, and at most.
@@ -69,7 +69,8 @@ pub async fn skies(
     State(app): State<Arc<App>>,
     Query(query): Query<Vec<(String, String)>>,
 ) -> Result<Response, ApiError> {
-    Ok(Page::read(query)?.answer("skies", "id", app.skies.names()))
+    let page = Page::read(query)?;
+    Ok(page.answer("skies", "id", blocking(move || Ok(app.skies.names()?)).await?))
 }
 
 /// Stored images.
@@ -77,5 +78,6 @@ pub async fn images(
     State(app): State<Arc<App>>,
     Query(query): Query<Vec<(String, String)>>,
 ) -> Result<Response, ApiError> {
-    Ok(Page::read(query)?.answer("images", "sha256", app.images.names()))
+    let page = Page::read(query)?;
+    Ok(page.answer("images", "sha256", blocking(move || Ok(app.images.names()?)).await?))
 }

@@ -104,6 +104,10 @@ impl Metrics {
         page.single("skyloom_store_writable", "gauge", "Whether the store could be written last.", is_writable);
         let failures = app.store.failures() as f64;
         page.single("skyloom_store_failures_total", "counter", "What the store could not do.", failures);
+        page.family("skyloom_store_evicted_total", "counter", "What made room for others in the store, by kind.");
+        for (kind, bounded) in ["tables", "textures"].into_iter().zip(&app.bounded) {
+            page.line("skyloom_store_evicted_total", &[("kind", kind)], bounded.counts().0 as f64);
+        }
         page.family("skyloom_memory_bytes", "gauge", "Memory that requests in progress take.");
         for (what, budget) in [("bodies", &app.uploads), ("replies", &app.deliveries)] {
             page.line("skyloom_memory_bytes", &[("what", what)], budget.used() as f64);

@@ -1,4 +1,4 @@
-//! Encoded textures: kept in memory, and made once for all who ask for the same at the same time.
+//! Encoded textures: kept in memory and in the store, and made once for all who ask for the same at the same time.
 
 use std::future::Future;
 use std::sync::atomic::AtomicBool;
@@ -9,6 +9,7 @@ use axum::body::Bytes;
 
 use crate::budget::{Budget, Share};
 use crate::client::Client;
+use crate::finished::{About, Finished};
 use crate::problem::ApiError;
 use crate::single_flight::SingleFlight;
 
@@ -65,7 +66,7 @@ impl From<ApiError> for Stopped {
 pub struct Given {
     /// The reply.
     pub reply: Arc<Reply>,
-    /// It was in memory.
+    /// It was in memory, or in the store.
     pub was_kept: bool,
     /// The share of a reply that was made for this.
     pub share: Option<Arc<Share>>,
@@ -75,16 +76,17 @@ pub struct Given {
 #[derive(Debug)]
 pub struct Replies {
     kept: moka::sync::Cache<String, Arc<Reply>>,
+    finished: Option<Finished>,
     runs: SingleFlight<Result<Given, Stopped>>,
 }
 
 impl Replies {
-    /// Keeps replies of so many bytes together.
-    pub fn new(memory_bytes: u64) -> Self {
+    /// Keeps replies of so many bytes together in memory, and, if there is such a place, in the store.
+    pub fn new(memory_bytes: u64, finished: Option<Finished>) -> Self {
         let weigh =
             |_: &String, reply: &Arc<Reply>| u32::try_from(reply.bytes.len() + size_of::<Reply>()).unwrap_or(u32::MAX);
         let kept = moka::sync::Cache::builder().max_capacity(memory_bytes).weigher(weigh).build();
-        Self { kept, runs: SingleFlight::default() }
+        Self { kept, finished, runs: SingleFlight::default() }
     }
 
     /// A reply that is in memory.
@@ -97,9 +99,9 @@ impl Replies {
         self.kept.weighted_size()
     }
 
-    /// A reply from memory, or from the run that makes it, which is begun if there is none. `make` gets a flag that is
-    /// raised when nobody waits any more.
-    pub async fn get_or_make<F, R>(&self, tag: &str, make: F) -> Result<Given, ApiError>
+    /// A reply from memory, from the store, or from the run that makes it, which is begun if there is none. `make` gets a flag
+    /// that is raised when nobody waits any more.
+    pub async fn get_or_make<F, R>(&self, tag: &str, media_type: &'static str, make: F) -> Result<Given, ApiError>
     where
         F: Fn(Arc<AtomicBool>) -> R,
         R: Future<Output = Result<(Reply, Arc<Share>), Stopped>> + Send + 'static,
@@ -114,12 +116,24 @@ impl Replies {
                 // Somebody else's run may have ended since the first look.
                 let found = look(&self.kept);
                 let made = found.is_none().then(|| make(cancelled));
-                let (kept, tag) = (self.kept.clone(), tag.to_owned());
+                let (kept, finished, tag) = (self.kept.clone(), self.finished.clone(), tag.to_owned());
                 async move {
                     match (found, made) {
                         (Some(given), _) => Ok(given),
                         (None, Some(made)) => {
+                            if let Some(finished) = &finished
+                                && let Some((About { depth, shape }, bytes)) = finished.load(&tag).await
+                            {
+                                let (timings, share) = (Vec::new(), Mutex::default());
+                                let reply = Arc::new(Reply { bytes, depth, media_type, shape, timings, share });
+                                kept.insert(tag, Arc::clone(&reply));
+                                return Ok(Given { reply, was_kept: true, share: None });
+                            }
                             let (reply, share) = made.await?;
+                            if let Some(finished) = &finished {
+                                let about = About { depth: reply.depth.clone(), shape: reply.shape };
+                                finished.keep(&tag, about, reply.bytes.clone());
+                            }
                             let reply = Arc::new(reply);
                             kept.insert(tag, Arc::clone(&reply));
                             Ok(Given { reply, was_kept: false, share: Some(share) })

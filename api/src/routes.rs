@@ -167,12 +167,13 @@ async fn list_presets() -> Result<Response, ApiError> {
 }
 
 async fn show_limits(State(app): State<Arc<App>>) -> Response {
-    let Config { limits, queue, cache, server, jobs, .. } = &app.config;
+    let Config { limits, queue, cache, server, jobs, store, .. } = &app.config;
     let times = json!({ "header_timeout_s": server.header_timeout_s, "body_timeout_s": server.body_timeout_s });
     let jobs = json!({ "count": jobs.count, "textures": jobs.textures, "keep": jobs.keep, "ahead_s": jobs.ahead_s,
         "store_bytes": jobs.store_bytes });
     let answer = json!({
-        "version": *skyloom::VERSION, "textures": kinds(), "limits": limits, "queue": queue, "cache": cache, "server": times, "jobs": jobs,
+        "version": *skyloom::VERSION, "textures": kinds(), "limits": limits, "queue": queue, "cache": cache, "server": times,
+        "jobs": jobs, "store": store,
     });
     ([(header::CACHE_CONTROL, "no-cache")], Json(answer)).into_response()
 }

@@ -15,7 +15,7 @@ use crate::app::{App, OpenError};
 use crate::config::{Config, Listen};
 use crate::jobs::Jobs;
 use crate::render_queue::core_factory;
-use crate::routes;
+use crate::{routes, upkeep};
 
 /// How long the render thread gets to let go of the device when everything else has ended.
 const FAREWELL: Duration = Duration::from_secs(5);
@@ -76,6 +76,7 @@ async fn run(config: Config) -> Result<(), ServeError> {
     let app = App::open(config, factory).map_err(|error| ServeError::Open(data.clone(), error))?;
     let app = Arc::new(app);
     Jobs::start(&app);
+    tokio::spawn(upkeep::sweep(Arc::clone(&app)));
     let admin_address = admin.as_ref().map(|(_, address)| *address);
     announce(address, admin_address).map_err(ServeError::Stdout)?;
     tracing::info!(%address, data = %data.display(), version = %*skyloom::VERSION, "listening");

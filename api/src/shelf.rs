@@ -108,9 +108,17 @@ impl Shelf {
         Ok(!is_there)
     }
 
-    /// Names of the blobs that are counted, with their lengths, in no order.
-    pub fn names(&self) -> Vec<(String, u64)> {
-        self.lock().iter().map(|(name, length)| (name.clone(), *length)).collect()
+    /// Names of the blobs that are there, with their lengths, in no order.
+    pub fn names(&self) -> Result<Vec<(String, u64)>, StoreError> {
+        let sizes = self.list()?;
+        let names = sizes.iter().map(|(name, length)| (name.clone(), *length)).collect();
+        *self.lock() = sizes;
+        Ok(names)
+    }
+
+    /// Notes that a blob is in use.
+    pub fn used(&self, name: &str) {
+        self.store.used(&self.key(name));
     }
 
     /// Removes a blob; false when there was none.

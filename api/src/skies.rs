@@ -1,16 +1,20 @@
 //! Registered skies: one blob per scene, kept over restarts, read back when first asked for.
 
 use std::sync::{Arc, Mutex, PoisonError};
+use std::time::{Duration, Instant};
 
 use skyloom::image::sha256_hex;
 use skyloom::scene::Scene;
 use skyloom::store::{Store, StoreError};
 
+use crate::notices::{self, Notices};
 use crate::problem::ApiError;
 use crate::shelf::{Kind, Quota, Shelf, ShelfError};
 
 /// Bytes of the texts of scenes that are kept in memory; the others are read again. A scene takes about as much as its text.
 const IN_MEMORY_BYTES: u64 = 64 << 20;
+/// Use of a sky that stays in memory is noted in the store no more often than that.
+const NOTED: Duration = Duration::from_secs(3600);
 /// What a scene takes besides.
 const SCENE_BYTES: usize = 4096;
 const KIND: Kind = Kind { folder: "skies", digits: 32, ending: ".json" };
@@ -20,6 +24,14 @@ const KIND: Kind = Kind { folder: "skies", digits: 32, ending: ".json" };
 struct Recent {
     scene: Arc<Scene>,
     text_bytes: usize,
+    /// When its use was noted last in the store.
+    noted: Arc<Mutex<Instant>>,
+}
+
+impl Recent {
+    fn new(scene: &Arc<Scene>, text_bytes: usize) -> Self {
+        Self { scene: Arc::clone(scene), text_bytes, noted: Arc::new(Mutex::new(Instant::now())) }
+    }
 }
 
 /// The registered scenes.
@@ -30,20 +42,50 @@ pub struct SkyStore {
     recent: moka::sync::Cache<String, Recent>,
     /// Orders reading a sky against removing it.
     order: Mutex<()>,
+    store: Arc<dyn Store>,
+    notices: Notices,
 }
 
 impl SkyStore {
     /// Opens what is in the store; no more skies are kept than the quota says.
     pub fn open(store: Arc<dyn Store>, quota: Quota) -> Result<Self, StoreError> {
-        let shelf = Shelf::open(store, KIND, quota)?;
+        let shelf = Shelf::open(Arc::clone(&store), KIND, quota)?;
+        let notices = Notices::open(Arc::clone(&store))?;
         let weigh = |_id: &String, kept: &Recent| u32::try_from(SCENE_BYTES + kept.text_bytes).unwrap_or(u32::MAX);
         let recent = moka::sync::Cache::builder().max_capacity(IN_MEMORY_BYTES).weigher(weigh).build();
-        Ok(Self { shelf, quota, recent, order: Mutex::new(()) })
+        Ok(Self { shelf, quota, recent, order: Mutex::new(()), store, notices })
     }
 
     /// A registered scene from memory, without touching the store.
     pub fn recent(&self, id: &str) -> Option<Arc<Scene>> {
         self.recent.get(id).map(|kept| kept.scene)
+    }
+
+    /// Whether [`SkyStore::catch_up`] has something to do for a sky.
+    pub fn is_behind(&self, id: &str) -> bool {
+        let is_old = |kept: Recent| kept.noted.lock().unwrap_or_else(PoisonError::into_inner).elapsed() > NOTED;
+        self.notices.is_due() || self.recent.get(id).is_some_and(is_old)
+    }
+
+    /// Forgets what others deleted, and notes the use of a sky in the store now and then.
+    pub fn catch_up(&self, id: &str) {
+        match self.notices.news() {
+            Ok(gone) => {
+                // What was registered again meanwhile is read again.
+                let _ordered = self.order.lock().unwrap_or_else(PoisonError::into_inner);
+                gone.iter().for_each(|id| self.recent.invalidate(id));
+            }
+            // What is in memory goes on.
+            Err(error) => tracing::debug!(%error, "what others deleted could not be looked up"),
+        }
+        if let Some(kept) = self.recent.get(id) {
+            let mut noted = kept.noted.lock().unwrap_or_else(PoisonError::into_inner);
+            if noted.elapsed() > NOTED {
+                *noted = Instant::now();
+                drop(noted);
+                self.shelf.used(id);
+            }
+        }
     }
 
     /// A registered scene; reads it when it is not in memory.
@@ -57,7 +99,8 @@ impl SkyStore {
         }
         let text = self.shelf.read(id)?.ok_or_else(|| unknown(id))?;
         let scene = Arc::new(read(id, &text)?);
-        self.recent.insert(id.to_owned(), Recent { scene: Arc::clone(&scene), text_bytes: text.len() });
+        self.shelf.used(id);
+        self.recent.insert(id.to_owned(), Recent::new(&scene, text.len()));
         Ok(scene)
     }
 
@@ -74,12 +117,15 @@ impl SkyStore {
             ShelfError::Store(error) => error.into(),
         })?;
         let is_new = written && self.recent.get(id).is_none();
-        self.recent.insert(id.to_owned(), Recent { scene: Arc::clone(scene), text_bytes: text.len() });
+        if !written {
+            self.shelf.used(id);
+        }
+        self.recent.insert(id.to_owned(), Recent::new(scene, text.len()));
         Ok(is_new)
     }
 
     /// Names and bytes of what is kept, in no order.
-    pub fn names(&self) -> Vec<(String, u64)> {
+    pub fn names(&self) -> Result<Vec<(String, u64)>, StoreError> {
         self.shelf.names()
     }
 
@@ -89,6 +135,9 @@ impl SkyStore {
             return Err(unknown(id));
         }
         let _ordered = self.order.lock().unwrap_or_else(PoisonError::into_inner);
+        if self.recent.contains_key(id) || self.shelf.exists(id)? {
+            notices::tell(&*self.store, id)?;
+        }
         let was_stored = self.shelf.remove(id)?;
         let was_in_memory = self.recent.remove(id).is_some();
         if was_stored || was_in_memory { Ok(()) } else { Err(unknown(id)) }
@@ -106,6 +155,16 @@ fn lost(what: String) -> ApiError {
 /// What is stored: the text whose hash is the id, so that damage shows whatever a version makes of the scene.
 fn text(scene: &Scene) -> String {
     scene.to_json().to_string()
+}
+
+/// What is wrong with a stored text.
+pub fn fault(id: &str, text: &[u8]) -> Option<String> {
+    match (Scene::from_json(text), sha256_hex(text).starts_with(id)) {
+        (Ok(scene), is_whole) if is_whole || scene.id() == id => None,
+        // Another version may take it.
+        (Err(_), true) => None,
+        _ => Some("damaged: not the scene of this id; register it again with POST /v1/skies".to_owned()),
+    }
 }
 
 /// The scene of a stored text, if it is the one of this id: by the bytes, or by what they say.

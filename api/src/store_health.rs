@@ -91,6 +91,10 @@ impl Store for Watched {
         self.note_written(self.store.put(key, bytes))
     }
 
+    fn create(&self, key: &str, bytes: &[u8]) -> Result<bool, StoreError> {
+        self.note_written(self.store.create(key, bytes))
+    }
+
     fn delete(&self, key: &str) -> Result<bool, StoreError> {
         self.note(self.store.delete(key))
     }
@@ -101,6 +105,10 @@ impl Store for Watched {
 
     fn exists(&self, key: &str) -> Result<bool, StoreError> {
         self.note(self.store.exists(key))
+    }
+
+    fn used(&self, key: &str) {
+        self.store.used(key);
     }
 }
 
@@ -141,6 +149,11 @@ mod tests {
             self.0.put(key, bytes)
         }
 
+        fn create(&self, key: &str, bytes: &[u8]) -> Result<bool, StoreError> {
+            self.works()?;
+            self.0.create(key, bytes)
+        }
+
         fn delete(&self, key: &str) -> Result<bool, StoreError> {
             self.works()?;
             self.0.delete(key)
@@ -152,6 +165,10 @@ mod tests {
 
         fn exists(&self, key: &str) -> Result<bool, StoreError> {
             self.0.exists(key)
+        }
+
+        fn used(&self, key: &str) {
+            self.0.used(key);
         }
     }
 

@@ -101,7 +101,7 @@ async fn kept(
     client: &Client,
 ) -> Result<Given, ApiError> {
     let make = |cancelled| make(Arc::clone(app), Arc::clone(scene), request, client.clone(), cancelled);
-    app.replies.get_or_make(tag, make).await
+    app.replies.get_or_make(tag, request.format().media_type(), make).await
 }
 
 /// A texture as its bytes, from memory or made.

@@ -15,6 +15,26 @@ pub(super) enum Flaw {
     Damaged,
 }
 
+/// What is to be said of a kept file of a key.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum KeptFile {
+    /// Its bytes are those that were written.
+    Whole,
+    /// Of another version: it is made again when it is asked for.
+    Foreign,
+    /// Cut, changed, or of another key.
+    Damaged,
+}
+
+/// Looks at a kept file of a key, without reading what is in it.
+pub fn inspect(key: &str, bytes: &[u8]) -> KeptFile {
+    match unpack(key, bytes) {
+        Ok(_) => KeptFile::Whole,
+        Err(Flaw::Foreign) => KeptFile::Foreign,
+        Err(Flaw::Damaged) => KeptFile::Damaged,
+    }
+}
+
 /// The file of some parts.
 pub(super) fn pack(key: &str, parts: &[Vec<u8>]) -> Vec<u8> {
     let length: usize = parts.iter().map(|part| size_of::<u64>() + part.len()).sum();

@@ -182,7 +182,10 @@ impl TableLibrary {
             match kept.places.get_mut(&key) {
                 Some(Place::Made { value, used, .. }) => {
                     *used = uses;
-                    return typed(Arc::clone(value));
+                    let value = Arc::clone(value);
+                    drop(kept);
+                    self.note_use(&key.1);
+                    return typed(value);
                 }
                 Some(Place::Making(making)) => {
                     let making = Arc::clone(making);
@@ -206,6 +209,13 @@ impl TableLibrary {
             (value as AnyValue, bytes)
         });
         made
+    }
+
+    /// Notes that an artefact is in use, for whoever makes room in the store: what comes from memory is not read there.
+    pub(super) fn note_use(&self, key: &str) {
+        if let Some(store) = &self.store {
+            store.used(&format!("{FOLDER}/{key}"));
+        }
     }
 
     /// Whether an artefact of a key is in memory.

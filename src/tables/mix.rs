@@ -233,9 +233,11 @@ impl TableLibrary {
     ) -> Result<Arc<MixTables>, TableError> {
         let share = if detail.is_some() { MIX_SHARE } else { 1.0 };
         let tables = self.artefact(&OwnTables(mix), &|part| progress(share * part))?;
-        if let Some(detail) = detail
-            && tables.radiance[detail as usize].get().is_none()
-        {
+        if let Some(detail) = detail {
+            if tables.radiance[detail as usize].get().is_some() {
+                self.note_use(&radiance_key(mix, detail));
+                return Ok(tables);
+            }
             let rest = |part: f64| progress(share + (1.0 - share) * part);
             let radiance = self.artefact(&RadianceTables { tables: &tables, detail }, &rest)?;
             tables.radiance[detail as usize].get_or_init(|| radiance);

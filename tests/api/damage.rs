@@ -65,6 +65,13 @@ impl Damage {
     }
 }
 
+/// A server that keeps no finished textures: they would be right whatever became of what they were made from.
+fn start(data: &Path) -> Server {
+    let settings = data.join("settings.toml");
+    fs::write(&settings, "[store]\ntexture_bytes = 0\n").unwrap();
+    Server::start(data, &["--config", settings.to_str().unwrap()], &[])
+}
+
 fn image_of(side: u32) -> Vec<u8> {
     ramp(8 + side)
 }
@@ -107,7 +114,7 @@ fn file(data: &Path, kept: &Kept) -> PathBuf {
 #[test]
 fn a_damaged_image_is_told_and_never_drawn_until_it_is_uploaded_again() {
     let data = tempfile::tempdir().unwrap();
-    let server = Server::start(data.path(), &[], &[]);
+    let server = start(data.path());
     let all = keep(&server);
     let other = server.post_image("image/png", &ramp(40)).json()["sha256"].as_str().unwrap().to_owned();
     let other = data.path().join("images").join(other);
@@ -119,7 +126,7 @@ fn a_damaged_image_is_told_and_never_drawn_until_it_is_uploaded_again() {
     }
     server.kill();
 
-    let server = Server::start(data.path(), &[], &[]);
+    let server = start(data.path());
     for text in ["a stored image is damaged", "was damaged and is replaced", "a folder stands in the place of a file"] {
         server.expect_in_log(text);
     }
@@ -157,7 +164,7 @@ fn a_damaged_image_is_told_and_never_drawn_until_it_is_uploaded_again() {
     }
     server.kill();
 
-    let server = Server::start(data.path(), &[], &[]);
+    let server = start(data.path());
     for kept in &all {
         let answer = server.get(&kept.texture);
         assert!(answer.status == 200 && answer.body == kept.body, "{:?}: {}", kept.damage, answer.text());
@@ -169,7 +176,7 @@ fn a_damaged_image_is_told_and_never_drawn_until_it_is_uploaded_again() {
 #[test]
 fn a_damaged_sky_is_told_and_can_be_registered_again_for_good() {
     let data = tempfile::tempdir().unwrap();
-    let server = Server::start(data.path(), &[], &[]);
+    let server = start(data.path());
     let sun = |zenith: usize| {
         let mut own = scene();
         own["sun"]["zenith_deg"] = zenith.into();
@@ -185,7 +192,7 @@ fn a_damaged_sky_is_told_and_can_be_registered_again_for_good() {
     }
     server.kill();
 
-    let server = Server::start(data.path(), &[], &[]);
+    let server = start(data.path());
     for text in ["a stored sky is damaged", "was damaged and is replaced", "a folder stands in the place of a file"] {
         server.expect_in_log(text);
     }
@@ -207,7 +214,7 @@ fn a_damaged_sky_is_told_and_can_be_registered_again_for_good() {
     }
     server.kill();
 
-    let server = Server::start(data.path(), &[], &[]);
+    let server = start(data.path());
     for (damage, sky) in Damage::ALL.into_iter().zip(&skies) {
         assert_eq!(server.get(sky).status, 200, "{damage:?}");
     }
@@ -216,7 +223,7 @@ fn a_damaged_sky_is_told_and_can_be_registered_again_for_good() {
 #[test]
 fn a_sky_or_an_image_that_vanishes_while_the_server_runs_is_kept_by_posting_it_again() {
     let data = tempfile::tempdir().unwrap();
-    let server = Server::start(data.path(), &[], &[]);
+    let server = start(data.path());
     let image = server.post_image("image/png", &ramp(9)).json()["sha256"].clone();
     let sky = server.sky(&mapped(&image));
     let before = server.get(&format!("{sky}/thickness.f32?size=8"));
@@ -230,7 +237,7 @@ fn a_sky_or_an_image_that_vanishes_while_the_server_runs_is_kept_by_posting_it_a
     assert_eq!(server.post_scene(mapped(&image).to_string().as_bytes()).status, 200);
     server.kill();
 
-    let server = Server::start(data.path(), &[], &[]);
+    let server = start(data.path());
     let after = server.get(&format!("{sky}/thickness.f32?size=8"));
     assert!(after.status == 200 && after.body == before.body, "{}", after.text());
     fs::remove_dir_all(data.path().join("skies")).unwrap();
@@ -242,7 +249,7 @@ fn a_sky_or_an_image_that_vanishes_while_the_server_runs_is_kept_by_posting_it_a
 #[test]
 fn damaged_tables_are_made_again_and_give_the_same_picture() {
     let data = tempfile::tempdir().unwrap();
-    let server = Server::start(data.path(), &[], &[]);
+    let server = start(data.path());
     let texture = format!("{}/cloud.f32?size=8&direction=30,40&tolerance=0.3", server.sky(&scene()));
     let before = server.get(&texture);
     assert_eq!(before.status, 200, "{}", before.text());
@@ -259,7 +266,7 @@ fn damaged_tables_are_made_again_and_give_the_same_picture() {
             fs::write(&parted, &others.next().unwrap().1).unwrap();
             damage.strike(path, &parted);
         }
-        let server = Server::start(data.path(), &[], &[]);
+        let server = start(data.path());
         server.expect_in_log(match damage {
             Damage::Folder => "a folder stands in the place of a file",
             _ => "kept tables are damaged and are made again",

@@ -14,6 +14,7 @@ mod frames;
 mod harness;
 mod images;
 mod jobs;
+mod kept;
 mod letter;
 mod lifecycle;
 mod observed;

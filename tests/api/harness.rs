@@ -305,6 +305,20 @@ impl Server {
         line.split_whitespace().next().unwrap().parse::<u64>().unwrap() << 10
     }
 
+    /// Posts something to a server that may be killed meanwhile: the answer, if one came and it was taken in.
+    pub(crate) fn try_post(&self, path: &str, media_type: &str, bytes: &[u8]) -> Result<Value, ureq::Error> {
+        let request = self.agent.post(format!("{}{path}", self.address)).header("content-type", media_type);
+        let mut answer = request.send(bytes)?;
+        assert!(answer.status().is_success(), "{path}: {}", answer.status());
+        answer.body_mut().read_json()
+    }
+
+    /// Kills it while others talk to it.
+    #[cfg(unix)]
+    pub(crate) fn signal_kill(&self) {
+        Command::new("kill").args(["-9", &self.child.id().to_string()]).status().unwrap();
+    }
+
     /// Asks for an orderly end and waits for it.
     #[cfg(unix)]
     pub(crate) fn terminate(mut self) -> std::process::ExitStatus {

@@ -9,34 +9,12 @@ use std::fmt;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use axum::body::Bytes;
-use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 use skyloom::image::sha256_hex;
 use skyloom::store::{Store, StoreError};
 
+use super::record::{File, Frame, file_name, read_name, record_name};
 use crate::clock;
-
-/// A file of a frame.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
-struct File {
-    /// Hash of its bytes.
-    sha256: String,
-    /// How many there are.
-    bytes: u64,
-}
-
-/// A frame that is there.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-struct Frame {
-    /// The scene's time, s.
-    time: f64,
-    /// What it was made by: [`super::spec::Spec::definition`].
-    definition: String,
-    /// The renderer's version.
-    version: String,
-    /// Its files by `{name}.{format}`.
-    files: BTreeMap<String, File>,
-}
 
 /// The frames by the moment at which they are due.
 type Frames = BTreeMap<i64, Frame>;
@@ -78,43 +56,31 @@ fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// A file's name in the folder.
-fn name_of(at_ms: i64, file: &str) -> String {
-    format!("{}-{file}", clock::stamp(at_ms))
-}
-
-/// The moment in a file's name, if it is one of ours.
-fn moment(name: &str) -> Option<i64> {
-    let stamp = name.strip_suffix(".json").filter(|stem| !stem.contains('-')).or_else(|| Some(name.split_once('-')?.0));
-    clock::from_stamp(stamp?)
-}
-
 impl FrameFolder {
     /// Looks what is there of a definition. What crashes left of frames, and frames of other definitions, are removed.
     pub fn open(store: Arc<dyn Store>, folder: String, job: &str, definition: &str) -> Result<Self, StoreError> {
         let (frames, is_closed, published) = (Mutex::default(), Mutex::default(), Mutex::default());
         let own = Self { store, folder, job: job.to_owned(), frames, is_closed, published };
         let names: HashSet<String> = own.store.list(&own.folder)?.into_iter().map(|entry| entry.name).collect();
-        let moments: HashSet<i64> = names.iter().filter_map(|name| moment(name)).collect();
+        let moments: HashSet<i64> = names.iter().filter_map(|name| Some(read_name(name)?.0)).collect();
         let mut frames = Frames::new();
         for at in moments {
-            let record = format!("{}.json", clock::stamp(at));
+            let record = record_name(at);
             let text = if names.contains(&record) { own.store.get(&own.key(&record))? } else { None };
             let frame = text.as_deref().map(serde_json::from_slice::<Frame>);
             if matches!(frame, Some(Err(_))) {
                 tracing::warn!(job, record, "the record of a frame is damaged, and the frame is dropped");
             }
             let frame = frame.and_then(Result::ok).filter(|frame| frame.definition == definition);
-            let is_there = |frame: &Frame| frame.files.keys().all(|file| names.contains(&name_of(at, file)));
+            let is_there = |frame: &Frame| frame.files.keys().all(|file| names.contains(&file_name(at, file)));
             if let Some(frame) = frame.filter(is_there) {
                 frames.insert(at, frame);
             }
         }
         let stray = |name: &&String| {
-            moment(name).is_some_and(|at| {
+            read_name(name).is_some_and(|(at, _)| {
                 frames.get(&at).is_none_or(|frame| {
-                    **name != format!("{}.json", clock::stamp(at))
-                        && frame.files.keys().all(|file| name_of(at, file) != **name)
+                    **name != record_name(at) && frame.files.keys().all(|file| file_name(at, file) != **name)
                 })
             })
         };
@@ -153,12 +119,12 @@ impl FrameFolder {
         }
         let mut hashes = BTreeMap::new();
         for (file, bytes) in files {
-            self.store.put(&self.key(&name_of(at_ms, file)), bytes)?;
+            self.store.put(&self.key(&file_name(at_ms, file)), bytes)?;
             hashes.insert(file.clone(), File { sha256: sha256_hex(bytes), bytes: bytes.len() as u64 });
         }
         let frame = Frame { time, definition: definition.to_owned(), version: skyloom::VERSION.clone(), files: hashes };
         let record = serde_json::to_string(&frame).unwrap_or_default();
-        self.store.put(&self.key(&format!("{}.json", clock::stamp(at_ms))), record.as_bytes())?;
+        self.store.put(&self.key(&record_name(at_ms)), record.as_bytes())?;
         lock(&self.frames).insert(at_ms, frame);
         Ok(())
     }
@@ -166,9 +132,9 @@ impl FrameFolder {
     /// Drops a frame: its record first, so that what is left of it after a crash is none.
     pub fn drop_frame(&self, at_ms: i64) -> Result<(), StoreError> {
         let Some(frame) = lock(&self.frames).remove(&at_ms) else { return Ok(()) };
-        self.store.delete(&self.key(&format!("{}.json", clock::stamp(at_ms))))?;
+        self.store.delete(&self.key(&record_name(at_ms)))?;
         for file in frame.files.keys() {
-            self.store.delete(&self.key(&name_of(at_ms, file)))?;
+            self.store.delete(&self.key(&file_name(at_ms, file)))?;
         }
         Ok(())
     }
@@ -198,13 +164,13 @@ impl FrameFolder {
     pub fn read(&self, at_ms: i64, file: &str) -> Result<Found, StoreError> {
         let known = lock(&self.frames).get(&at_ms).and_then(|frame| frame.files.get(file).cloned());
         let Some(known) = known else { return Ok(Found::Unknown) };
-        let bytes = self.store.get(&self.key(&name_of(at_ms, file)))?;
+        let bytes = self.store.get(&self.key(&file_name(at_ms, file)))?;
         match bytes.filter(|bytes| sha256_hex(bytes) == known.sha256) {
             Some(bytes) => Ok(Found::Whole(bytes.into(), known.sha256)),
             // It may have been dropped meanwhile for its age.
             None if !self.has(at_ms) => Ok(Found::Unknown),
             None => {
-                tracing::warn!(job = self.job, file = name_of(at_ms, file), "a file of a frame is damaged or gone");
+                tracing::warn!(job = self.job, file = file_name(at_ms, file), "a file of a frame is damaged or gone");
                 self.drop_frame(at_ms)?;
                 Ok(Found::Lost)
             }
@@ -265,7 +231,7 @@ fn describe(at_ms: i64, frame: &Frame) -> Value {
     let stamp = clock::stamp(at_ms);
     let file = |(name, file): (&String, &File)| {
         let told = json!({
-            "href": format!("frames/{stamp}/{name}"), "file": name_of(at_ms, name), "sha256": file.sha256, "bytes": file.bytes,
+            "href": format!("frames/{stamp}/{name}"), "file": file_name(at_ms, name), "sha256": file.sha256, "bytes": file.bytes,
         });
         (name.clone(), told)
     };

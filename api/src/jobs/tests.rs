@@ -111,6 +111,7 @@ impl Service {
         config.server.data = data.to_owned();
         // Nothing that is remembered stands for what is kept.
         config.cache.memory_bytes = 0;
+        config.store.texture_bytes = 0;
         let mut app = App::open(config, Box::new(factory)).unwrap();
         let wound: Arc<dyn Clock> = Arc::<Wound>::clone(&clock);
         app.clock = wound;
