@@ -30,7 +30,7 @@ fn traced(number: usize) -> (Vec<f64>, f64) {
 }
 
 /// Radiance against an independent program, root mean square over rays and views. The aims were 8 and 10 % from below and from above
-/// for the overcast, 13 and 16 % for broken cloud. That for broken cloud from below is missed, 14 and 17 % at suns of 40 and 60 degrees:
+/// for the overcast, 13 and 16 % for broken cloud. That for broken cloud from below is missed, 14 and 18 % at suns of 40 and 60 degrees:
 /// its limit was set after these figures.
 #[test]
 fn pictures_are_those_of_monte_carlo() {
@@ -189,33 +189,6 @@ fn pictures_stay_within_bounds() {
                 let most = lattice.iter().copied().fold(1e-9, f32::max);
                 for (a, b) in lattice.iter().zip(seen(&stacked, "lattice")) {
                     assert!((a - b).abs() < 2e-3 * most, "{sun_deg} {direction}: {a}, {b} under an empty layer");
-                }
-            }
-        }
-    }
-}
-#[test]
-fn cost() {
-    let mut sky = Sky::open();
-    for (extent, res) in [(20000, 512), (4000, 128)] {
-        for transport in ["blended", "lattice", "blended", "lattice"] {
-            static N: std::sync::atomic::AtomicU32 = std::sync::atomic::AtomicU32::new(0);
-            let n = N.fetch_add(1, std::sync::atomic::Ordering::Relaxed);
-            let scene = json!({
-                "domain": { "extent_m": extent, "resolution": res },
-                "sun": { "zenith_deg": 60, "azimuth_deg": 250 + n },
-                "layers": [{ "base_m": 1000,
-                    "thickness": { "kind": "stratocumulus", "pattern": "open", "coverage": 0.5, "mean_m": 300, "seed": 4 },
-                    "droplets": { "henyey_greenstein": 0.85, "extinction_per_m": 0.04 } }],
-            });
-            for direction in ["0,0", "60,0"] {
-                for view in SIDES {
-                    let t = sky.render(
-                        &scene,
-                        "cloud",
-                        &[("view", view), ("direction", direction), ("size", "512"), ("transport", transport)],
-                    );
-                    println!("COST {extent} {transport} {view} {direction} {:?}", t.timings);
                 }
             }
         }
