@@ -19,6 +19,9 @@
 @group(0) @binding(METHOD_BINDING) var closure: texture_2d<f32>;
 @group(0) @binding(METHOD_BINDING + 1) var aureole: texture_2d<f32>;
 
+// What comes after these.
+const METHOD_NEXT: u32 = METHOD_BINDING + 2u;
+
 // Rows of the closure texture: factors of orders 1 and 2 and the flux of the higher ones; first reflected light.
 const CLOSURE_ROWS: f32 = 6.0;
 // The aureole's table: log2 of the optical path from -8, 4 rows an octave; sin of half the angle up to 20 degrees.

@@ -18,6 +18,9 @@
 @group(0) @binding(14) var<storage, read_write> held: array<vec2<f32>>; // by the layers before: see Shaded
 @group(0) @binding(METHOD_BINDING) var veil: texture_2d<f32>;
 
+// What comes after these.
+const METHOD_NEXT: u32 = METHOD_BINDING + 1u;
+
 // Rows of the veil's texture: glare, exponent, light from the zenith, reflected light.
 const VEIL_ROWS: f32 = 4.0;
 // Exponent of the cosine of the view's zenith below thick slabs.

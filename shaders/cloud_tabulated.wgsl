@@ -22,6 +22,9 @@
 @group(0) @binding(METHOD_BINDING + 2) var linear: sampler;
 @group(0) @binding(METHOD_BINDING + 3) var<uniform> remainder: Remainder;
 
+// What comes after these.
+const METHOD_NEXT: u32 = METHOD_BINDING + 4u;
+
 // The slice's axis of optical depth: octaves of remainder.depths_per_octave nodes up to SPARSE, then of one.
 const SLICE_LOG2_DEPTH_MIN: f32 = -5.0;
 const SLICE_LOG2_DEPTH_SPARSE: f32 = 7.0;

@@ -9,6 +9,7 @@
 mod between;
 mod inputs;
 mod lattice;
+mod lattice_device;
 mod plan;
 mod sunlight;
 
@@ -22,6 +23,7 @@ pub use between::{ColumnMaps, Energy};
 pub(crate) use inputs::{LayerInputs, LightInputs};
 pub(crate) use lattice::LatticeInputs;
 pub use lattice::LatticeMaps;
+pub(crate) use lattice_device::{Dressed, LatticeLit, LatticeSeen};
 pub(crate) use plan::{Grids, LayerShape, SceneShape, grids, shift_uv};
 pub(crate) use sunlight::SunMaps;
 pub use sunlight::blur;
@@ -35,6 +37,8 @@ pub(crate) struct LayerLight {
     /// The sun's light relative to a slab's under the open sun: seen from below and from above. Fourth channel: what the layers
     /// above let go on.
     pub(crate) share: [Target; 2],
+    /// What its lattice has for view rays, where it has one.
+    pub(crate) lattice: Option<LatticeSeen>,
 }
 
 impl LayerLight {
@@ -59,7 +63,7 @@ pub(crate) struct Lit {
     /// Lowest first.
     pub(crate) maps: Vec<SunMaps>,
     pub(crate) columns: Vec<ColumnMaps>,
-    pub(crate) lattices: Vec<Option<Arc<LatticeMaps>>>,
+    pub(crate) lattices: Vec<Option<Arc<LatticeLit>>>,
     pub(crate) shares: Vec<Share>,
     /// Of the ground, on the exchange grid.
     pub(crate) albedo: HostMap,
@@ -80,10 +84,16 @@ pub(crate) fn light(gpu: &Gpu, inputs: &LightInputs<'_>, deadline: Option<Instan
     let shares = sunlight::shares(gpu, inputs, &maps, &between.shares, deadline)?;
     let airs = inputs.air.layers;
     let layers = between.layers.iter().zip(shares).zip(airs.into_iter().zip(inputs.air.within));
-    let layers = layers.map(|((layer, share), ([below, above], within))| LayerLight {
+    let seen = inputs
+        .layers
+        .iter()
+        .zip(&between.shares)
+        .map(|(layer, share)| layer.lattice.clone().map(|lattice| LatticeSeen::new(gpu, lattice, share.in_air)));
+    let layers = layers.zip(seen).map(|(((layer, share), ([below, above], within)), lattice)| LayerLight {
         from_below: upload("from_below", &layer.from_below, below),
         from_above: [above.times(within), above].map(|air| upload("from_above", &layer.from_above, air)),
         share,
+        lattice,
     });
     let gathered = upload("gathered", &between.gathered, inputs.air.ground_diffuse);
     let light = Light { layers: layers.collect(), gathered, energy: between.energy };

@@ -16,6 +16,7 @@ pub mod blur;
 pub mod cloud;
 pub mod cloud_analytic;
 pub mod cloud_forward;
+pub mod cloud_lattice;
 pub mod cloud_plane;
 pub mod cloud_sky;
 pub mod cloud_tabulated;

@@ -10,7 +10,7 @@ mod tiles;
 use crate::gpu::layout::View;
 use crate::gpu::{Gpu, GpuError, binds, shaders};
 use crate::request::TextureKind;
-pub(crate) use cumulus::{CoarseNormals, CumulusField, CumulusInputs, CumulusLight, CumulusLit, Dressed, SunDepth};
+pub(crate) use cumulus::{CoarseNormals, CumulusField, CumulusInputs, CumulusLight, CumulusLit, SunDepth};
 use ground::on_the_ground;
 pub(crate) use ground::{GroundSun, ground_sun, points};
 use inputs::{DrawnOn, cloud_binds, each, early, held};
@@ -68,7 +68,11 @@ pub(crate) fn band(
                 let drawn_on = DrawnOn { texels: &output, behind: last?.beyond(from_above), held: &held };
                 let mut binds = cloud_binds(gpu, layer, bound, shape, from_above, &drawn_on)?;
                 binds.extend(method.binds(gpu, tables, from_above));
-                Some((method.shader(layer.field), binds))
+                let Some(lattice) = layer.light.and_then(|light| light.lattice.as_ref()) else {
+                    return Some((method.shader(layer.field), binds));
+                };
+                binds.extend(lattice.binds(gpu));
+                Some((method.lattice_shader(layer.field), binds))
             });
             match (drawn, inputs.cumulus) {
                 (Some(mut passes), Some((before, cumulus))) => {

@@ -13,7 +13,7 @@ use skyloom::gpu::layout::{
 };
 use skyloom::gpu::shaders::{self, Shader};
 use skyloom::projection::SphereLayout;
-use skyloom::reference::{air, cloud_sky, path_sampled, sky, sphere};
+use skyloom::reference::{air, cloud_lattice, cloud_sky, path_sampled, sky, sphere};
 use skyloom::reference::{cumulus as seen, cumulus_forward, cumulus_surface};
 use skyloom::slab::fluxes;
 use skyloom::slab::phases as tables;
@@ -137,7 +137,20 @@ fn host_layouts() -> Vec<(&'static str, Layout)> {
         }),
         host_layout!(CumulusSurface { glow_m, blob_m, ambient, diffuse, bump, corona, reached_m, traps, trap, spare }),
         host_layout!(Blur { axis, radius, sharpness }),
-        host_layout!(LatticeLight { kept, reach }),
+        host_layout!(LatticeLight {
+            kept,
+            reach,
+            albedo,
+            cell_m,
+            asymmetry,
+            sun_step_m,
+            density,
+            grey,
+            spare_0,
+            spare_1,
+            in_air,
+            spare_2,
+        }),
         host_layout!(Share { entry_scale, entry_weight, reflect_scale, spare, in_air, spare_2 }),
         host_layout!(Remainder {
             depth_scale,
@@ -224,6 +237,20 @@ fn constants_of_cumulus() {
     }
     for shader in [&shaders::CUMULUS_PLANE_LATTICE, &shaders::CUMULUS_SKY_LATTICE] {
         assert_constants(shader, &[&steps[..], &pieces, &lattice].concat());
+    }
+    let layers = [
+        ("LATTICE_SHARES", cloud_lattice::SHARES),
+        ("LATTICE_OPAQUE", cloud_lattice::OPAQUE),
+        ("LATTICE_STEP_DEPTH", cloud_lattice::STEP_DEPTH),
+        ("LATTICE_LEAST_STEPS", cloud_lattice::STEPS[0]),
+        ("LATTICE_MOST_STEPS", cloud_lattice::STEPS[1]),
+        ("LATTICE_DETOUR", dressed::DETOUR),
+        ("LATTICE_PATH_SCALE", dressed::PATH_SCALE),
+        ("LATTICE_PATH_LOG", dressed::PATH_BASE.ln()),
+        ("LATTICE_MOST", cloud_lattice::MOST),
+    ];
+    for shader in [&shaders::LATTICE_TABULATED, &shaders::LATTICE_TABULATED_COLUMNS] {
+        assert_constants(shader, &layers);
     }
     for shader in [&shaders::CUMULUS_PLANE_OCTAVES, &shaders::CUMULUS_SKY_OCTAVES] {
         assert_constants(shader, &[&steps[..], &pieces, &octaves].concat());

@@ -1,5 +1,5 @@
 // What every method of slab light has in common: light of sky, ground and other layers, alpha. Uses the pass's bindings and
-// its function sunlight.
+// its function sunlight; and sun_reaches, which says what of it reaches the layer (cloud_share.wgsl, cloud_lattice.wgsl).
 //
 // A texel is a slab as deep as the view ray's cloud. Light from above and below is even, so by reciprocity its scattered
 // part is the plane albedo or transmittance at the view angle. The sun's light is that of a slab under the open sun, times
@@ -9,6 +9,7 @@
 struct ViewRay {
     seen: vec3<f32>,    // towards the viewer
     hit_uv: vec2<f32>,  // where it shows the cloud: mean of what the viewer sees along it
+    base_uv: vec2<f32>, // where it crosses the base plane, or begins within the layer
     cosine: f32,        // of its zenith
     path_m: f32,        // length of cloud along it
     depth: f32,         // optical depth of the slab at 550 nm
@@ -66,7 +67,7 @@ fn shade_ray(ray: ViewRay, left: Left) -> Shaded {
             lit = pow(share.w, max(part / max(frame.medium.forward_550, 1e-6) - 1.0, 0.0));
             sun_clear = min(exp(-part * path), even_clear);
         }
-        light += left.sun * lit * (frame.sun.irradiance * share.rgb * sunlight(ray, through));
+        light += left.sun * lit * (frame.sun.irradiance * sun_reaches(ray, share) * sunlight(ray, through));
     }
     return Shaded(light, alpha, 1.0 - vec2<f32>(even_clear, sun_clear));
 }

@@ -22,7 +22,7 @@ fn view_ray(pixel: vec2<u32>) -> ViewRay {
     let climbed_m = select(path.low_m, path.high_m, from_above) / cosine;
     let hit_uv = base_uv + vec2<f32>(up.x, -up.y) * (climbed_m / frame.place.extent_m);
     let depth = frame.medium.extinction_550 * path.length_m * cosine;
-    return ViewRay(seen, hit_uv, cosine, path.length_m, depth, from_above);
+    return ViewRay(seen, hit_uv, base_uv, cosine, path.length_m, depth, from_above);
 }
 
 fn cloud_texel(pixel: vec2<u32>) {

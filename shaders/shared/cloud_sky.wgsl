@@ -69,7 +69,7 @@ fn sky_ray(direction: vec3<f32>, crossing: Crossing, level: f32, steps: f32) -> 
     let climbed_m = select(path.low_m, path.high_m, from_above) / cosine;
     let hit_uv = start_uv + vec2<f32>(up.x, -up.y) * (climbed_m / frame.place.extent_m);
     let depth = frame.medium.extinction_550 * path.length_m * cosine;
-    return ViewRay(select(-up, up, from_above), hit_uv, cosine, path.length_m, depth, from_above);
+    return ViewRay(select(-up, up, from_above), hit_uv, start_uv, cosine, path.length_m, depth, from_above);
 }
 
 // The host lists the tiles of the picture that may show the layer: software devices run through all that a branch skips.

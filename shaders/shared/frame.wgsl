@@ -175,7 +175,17 @@ struct Share {
 // How the light of a layer's lattice is read.
 struct LatticeLight {
     kept: vec3<f32>, // part of extinction that takes light out of what the lattice counts as not scattered
-    reach: f32,      // optical depth at 550 nm of the last of its factors
+    reach: f32,      // optical depth at 550 nm of the last of its factors, and of its slabs
+    albedo: vec3<f32>, // of what it counts as scattered
+    cell_m: f32,
+    asymmetry: vec3<f32>, // three times that of what it counts as scattered
+    sun_step_m: f32, // between two heights of the depths towards the sun
+    density: f32,    // extinction of its slabs, relative to the layer's
+    grey: u32,       // 1: all colours are alike
+    spare_0: u32,
+    spare_1: u32,
+    in_air: vec3<f32>, // what air within the layer leaves of light that comes through it
+    spare_2: u32,
 }
 
 // What the texels of a radiance slice are multiplied by, per channel.

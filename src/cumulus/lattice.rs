@@ -13,10 +13,12 @@ mod level;
 mod lighting;
 mod mixing;
 mod optics;
+mod rays;
 mod rise;
 mod settle;
 mod sun;
 mod sweep;
+mod within;
 
 use super::volume::Volume;
 use cells::Cells;
@@ -25,10 +27,12 @@ pub use fluxes::Fluxes;
 use grid::Grid;
 use half::f16;
 pub use lighting::Lighting;
+pub use rays::SunDepths;
 use settle::{Enough, settle};
 use std::convert::Infallible;
 use std::f64::consts::PI;
 use sweep::{Border, Sweep};
+pub use within::Within;
 
 /// Side of a cube at most, metres, and in mean free paths.
 const CELL_M: f64 = 40.0;

@@ -255,8 +255,28 @@ pub struct Share {
 pub struct LatticeLight {
     /// Part of extinction that takes light out of what the lattice counts as not scattered.
     pub kept: [f32; 3],
-    /// Optical depth at 550 nm of the last of its factors.
+    /// Optical depth at 550 nm of the last of its factors, and of its slabs.
     pub reach: f32,
+    /// Single-scattering albedo of what it counts as scattered.
+    pub albedo: [f32; 3],
+    /// Side of its cubes, metres.
+    pub cell_m: f32,
+    /// Three times the asymmetry of what it counts as scattered.
+    pub asymmetry: [f32; 3],
+    /// Between two heights of the depths towards the sun, metres.
+    pub sun_step_m: f32,
+    /// Extinction of its slabs, relative to the layer's.
+    pub density: f32,
+    /// 1: all colours are alike.
+    pub grey: u32,
+    /// Unused.
+    pub spare_0: u32,
+    /// Unused.
+    pub spare_1: u32,
+    /// What air within the layer leaves of light that comes through it.
+    pub in_air: [f32; 3],
+    /// Unused.
+    pub spare_2: u32,
 }
 
 /// What the texels of a radiance slice are multiplied by, per channel.

@@ -46,6 +46,10 @@ const SPHERE: &str = wgsl!("shared/sphere");
 const AIR: &str = wgsl!("shared/air");
 const CLOUD: &str = wgsl!("shared/cloud");
 const CLOUD_PLANE: &str = wgsl!("shared/cloud_plane");
+const CLOUD_SHARE: &str = wgsl!("shared/cloud_share");
+const CLOUD_LATTICE: &str = wgsl!("shared/cloud_lattice");
+const LATTICE_SHEET: &str = wgsl!("shared/lattice_sheet");
+const LATTICE_COLUMNS: &str = wgsl!("shared/lattice_columns");
 const CUMULUS: &str = wgsl!("shared/cumulus");
 const CUMULUS_LIGHT: &str = wgsl!("shared/cumulus_light");
 const PIECES: &str = wgsl!("shared/cumulus_pieces");
@@ -117,24 +121,36 @@ shaders! {
     THICKNESS_COLUMNS: "thickness_columns" of "thickness", IMAGE, [COLUMNS];
     SHADOW: "shadow", IMAGE, [];
     IRRADIANCE: "irradiance", IMAGE, [];
-    CLOUD_FORWARD: "cloud_forward", IMAGE, [PROJECTION, MARCH, PATH, SLAB, CLOUD, CLOUD_PLANE];
+    CLOUD_FORWARD: "cloud_forward", IMAGE, [PROJECTION, MARCH, PATH, SLAB, CLOUD, CLOUD_SHARE, CLOUD_PLANE];
     CLOUD_FORWARD_COLUMNS: "cloud_forward_columns" of "cloud_forward", IMAGE,
-        [PROJECTION, COLUMNS, MARCH, PATH_COLUMNS, SLAB, CLOUD, CLOUD_PLANE];
-    CLOUD_ANALYTIC: "cloud_analytic", IMAGE, [PROJECTION, MARCH, PATH, SLAB, CLOUD, CLOUD_PLANE];
+        [PROJECTION, COLUMNS, MARCH, PATH_COLUMNS, SLAB, CLOUD, CLOUD_SHARE, CLOUD_PLANE];
+    CLOUD_ANALYTIC: "cloud_analytic", IMAGE, [PROJECTION, MARCH, PATH, SLAB, CLOUD, CLOUD_SHARE, CLOUD_PLANE];
     CLOUD_ANALYTIC_COLUMNS: "cloud_analytic_columns" of "cloud_analytic", IMAGE,
-        [PROJECTION, COLUMNS, MARCH, PATH_COLUMNS, SLAB, CLOUD, CLOUD_PLANE];
-    CLOUD_TABULATED: "cloud_tabulated", IMAGE, [PROJECTION, MARCH, PATH, SLAB, CLOUD, CLOUD_PLANE];
+        [PROJECTION, COLUMNS, MARCH, PATH_COLUMNS, SLAB, CLOUD, CLOUD_SHARE, CLOUD_PLANE];
+    CLOUD_TABULATED: "cloud_tabulated", IMAGE, [PROJECTION, MARCH, PATH, SLAB, CLOUD, CLOUD_SHARE, CLOUD_PLANE];
     CLOUD_TABULATED_COLUMNS: "cloud_tabulated_columns" of "cloud_tabulated", IMAGE,
-        [PROJECTION, COLUMNS, MARCH, PATH_COLUMNS, SLAB, CLOUD, CLOUD_PLANE];
-    SKY_FORWARD: "sky_forward" of "cloud_forward", IMAGE, [SPHERE, AIR, PATH_SAMPLED, SLAB, CLOUD, CLOUD_SKY];
-    SKY_ANALYTIC: "sky_analytic" of "cloud_analytic", IMAGE, [SPHERE, AIR, PATH_SAMPLED, SLAB, CLOUD, CLOUD_SKY];
-    SKY_TABULATED: "sky_tabulated" of "cloud_tabulated", IMAGE, [SPHERE, AIR, PATH_SAMPLED, SLAB, CLOUD, CLOUD_SKY];
+        [PROJECTION, COLUMNS, MARCH, PATH_COLUMNS, SLAB, CLOUD, CLOUD_SHARE, CLOUD_PLANE];
+    LATTICE_FORWARD: "lattice_forward" of "cloud_forward", IMAGE,
+        [PROJECTION, MARCH, PATH, SLAB, CLOUD, LATTICE_SHEET, CLOUD_LATTICE, CLOUD_PLANE];
+    LATTICE_FORWARD_COLUMNS: "lattice_forward_columns" of "cloud_forward", IMAGE,
+        [PROJECTION, COLUMNS, MARCH, PATH_COLUMNS, SLAB, CLOUD, LATTICE_COLUMNS, CLOUD_LATTICE, CLOUD_PLANE];
+    LATTICE_ANALYTIC: "lattice_analytic" of "cloud_analytic", IMAGE,
+        [PROJECTION, MARCH, PATH, SLAB, CLOUD, LATTICE_SHEET, CLOUD_LATTICE, CLOUD_PLANE];
+    LATTICE_ANALYTIC_COLUMNS: "lattice_analytic_columns" of "cloud_analytic", IMAGE,
+        [PROJECTION, COLUMNS, MARCH, PATH_COLUMNS, SLAB, CLOUD, LATTICE_COLUMNS, CLOUD_LATTICE, CLOUD_PLANE];
+    LATTICE_TABULATED: "lattice_tabulated" of "cloud_tabulated", IMAGE,
+        [PROJECTION, MARCH, PATH, SLAB, CLOUD, LATTICE_SHEET, CLOUD_LATTICE, CLOUD_PLANE];
+    LATTICE_TABULATED_COLUMNS: "lattice_tabulated_columns" of "cloud_tabulated", IMAGE,
+        [PROJECTION, COLUMNS, MARCH, PATH_COLUMNS, SLAB, CLOUD, LATTICE_COLUMNS, CLOUD_LATTICE, CLOUD_PLANE];
+    SKY_FORWARD: "sky_forward" of "cloud_forward", IMAGE, [SPHERE, AIR, PATH_SAMPLED, SLAB, CLOUD, CLOUD_SHARE, CLOUD_SKY];
+    SKY_ANALYTIC: "sky_analytic" of "cloud_analytic", IMAGE, [SPHERE, AIR, PATH_SAMPLED, SLAB, CLOUD, CLOUD_SHARE, CLOUD_SKY];
+    SKY_TABULATED: "sky_tabulated" of "cloud_tabulated", IMAGE, [SPHERE, AIR, PATH_SAMPLED, SLAB, CLOUD, CLOUD_SHARE, CLOUD_SKY];
     SKY_FORWARD_COLUMNS: "sky_forward_columns" of "cloud_forward", IMAGE,
-        [SPHERE, AIR, COLUMNS, PATH_SAMPLED_COLUMNS, SLAB, CLOUD, CLOUD_SKY];
+        [SPHERE, AIR, COLUMNS, PATH_SAMPLED_COLUMNS, SLAB, CLOUD, CLOUD_SHARE, CLOUD_SKY];
     SKY_ANALYTIC_COLUMNS: "sky_analytic_columns" of "cloud_analytic", IMAGE,
-        [SPHERE, AIR, COLUMNS, PATH_SAMPLED_COLUMNS, SLAB, CLOUD, CLOUD_SKY];
+        [SPHERE, AIR, COLUMNS, PATH_SAMPLED_COLUMNS, SLAB, CLOUD, CLOUD_SHARE, CLOUD_SKY];
     SKY_TABULATED_COLUMNS: "sky_tabulated_columns" of "cloud_tabulated", IMAGE,
-        [SPHERE, AIR, COLUMNS, PATH_SAMPLED_COLUMNS, SLAB, CLOUD, CLOUD_SKY];
+        [SPHERE, AIR, COLUMNS, PATH_SAMPLED_COLUMNS, SLAB, CLOUD, CLOUD_SHARE, CLOUD_SKY];
     CUMULUS_SKY_LATTICE: "cumulus_sky_lattice" of "cumulus_sky", IMAGE, [SPHERE, AIR, CUMULUS, CUMULUS_LIGHT, PIECES, LATTICE];
     CUMULUS_SKY_OCTAVES: "cumulus_sky_octaves" of "cumulus_sky", IMAGE, [SPHERE, AIR, CUMULUS, CUMULUS_LIGHT, PIECES, OCTAVES];
     CUMULUS_SKY_FORWARD: "cumulus_sky_forward" of "cumulus_sky", IMAGE, [SPHERE, AIR, CUMULUS, CUMULUS_LIGHT, FORWARD];

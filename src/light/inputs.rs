@@ -1,6 +1,6 @@
 //! What the stage takes.
 
-use super::lattice::LatticeMaps;
+use super::lattice_device::LatticeLit;
 use super::plan::Grids;
 use crate::field::Field;
 use crate::gpu::HostMap;
@@ -22,7 +22,7 @@ pub(crate) struct LayerInputs<'a> {
     /// How it treats light by its angles, where there are layers to share light with.
     pub(crate) angles: Option<[AngleSlice; 3]>,
     /// What a lattice has found of it, where that is how sunlight is carried.
-    pub(crate) lattice: Option<Arc<LatticeMaps>>,
+    pub(crate) lattice: Option<Arc<LatticeLit>>,
     /// Spread of light between where it enters and where it leaves: standard deviation, texels of the maps of sunlight.
     pub(crate) blur_texels: f64,
 }

@@ -1,11 +1,12 @@
 //! The sun's light in a layer's columns by a lattice in three dimensions, and what makes it exact where the cloud is even.
 
 use crate::cumulus::dressed::Scattering;
-use crate::cumulus::lattice::{Columns, Fluxes, Lighting};
+use crate::cumulus::lattice::{Columns, Fluxes, Lighting, SunDepths, Within};
 use crate::gpu::HostMap;
 use crate::gpu::layout::LatticeLight;
 use crate::slab::fluxes::FluxTable;
-use glam::DVec3;
+use glam::{DVec3, Vec4};
+use half::f16;
 use rayon::prelude::*;
 
 /// Optical depths at which the lattice is compared with a slab, by their root.
@@ -29,6 +30,14 @@ pub(crate) struct LatticeInputs<'a> {
     pub(crate) fluxes: &'a [FluxTable; 3],
 }
 
+impl LatticeInputs<'_> {
+    /// Whether all colours are scattered alike.
+    fn is_grey(&self) -> bool {
+        let of = |c: usize| (self.extinction_per_m[c], self.scattering[c]);
+        of(0) == of(1) && of(2) == of(1)
+    }
+}
+
 /// What a lattice has found of a layer.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LatticeMaps {
@@ -38,7 +47,18 @@ pub struct LatticeMaps {
     pub up: HostMap,
     /// Exact light of a slab over that of the lattice, by the root of optical depth: transmitted, reflected.
     pub factors: HostMap,
-    /// What turns paths into the lattice's.
+    /// Cubes along x, y, z: the lowest ones lie below the base plane.
+    pub size: [usize; 3],
+    /// Scattered sunlight of irradiance 1 in the cubes: mean radiance and its moments along x, y, z; red, then green, then blue.
+    pub within: Vec<[f16; 4]>,
+    /// Optical depths towards the sun.
+    pub depths: SunDepths,
+    /// The same light in slabs: a row each, by the root of optical depth, columns of heights as of the cubes; red, then green, then blue. Mean,
+    /// moment towards the sun's side, across it and upwards.
+    pub slabs: Vec<[f16; 4]>,
+    /// Columns and rows of those.
+    pub slabs_size: [usize; 2],
+    /// How it is read.
     pub light: LatticeLight,
 }
 
@@ -75,6 +95,10 @@ impl LatticeMaps {
         };
         let nodes = (0..NODES).into_par_iter().map(|node| factors(inputs, &faced, path_m(node), fluxes.cell_m));
         let nodes: Vec<[[f32; 3]; 2]> = nodes.collect();
+        let cosine = lighting.towards_sun.z;
+        let level = Lighting { towards_sun: DVec3::new((1.0 - cosine * cosine).sqrt(), 0.0, cosine), ..lighting };
+        let slab = |node| Fluxes::even(path_m(node), columns.density, fluxes.cell_m, &level).within;
+        let slabs: Vec<Within> = (0..NODES).into_par_iter().map(slab).collect();
         let rgba = |[r, g, b]: [f32; 3]| [r, g, b, 0.0];
         let map = |width: usize, texels: Vec<[f32; 3]>| HostMap {
             width: width as u32,
@@ -87,12 +111,39 @@ impl LatticeMaps {
             down: map(fluxes.across, fluxes.down),
             up: map(fluxes.across, fluxes.up),
             factors: map(NODES, rows),
+            slabs: rows_of(&slabs, fluxes.within.size[2]),
+            slabs_size: [fluxes.within.size[2], 3 * NODES],
+            size: fluxes.within.size,
+            within: [0, 1, 2]
+                .into_iter()
+                .flat_map(|c| fluxes.within.light.iter().map(move |parts| of(parts, c)))
+                .collect(),
             light: LatticeLight {
                 kept: inputs.scattering.map(|scattering| scattering.kept as f32),
                 reach: (inputs.extinction_per_m[1] * f64::from(deepest_m)) as f32,
+                albedo: inputs.scattering.map(|scattering| scattering.albedo as f32),
+                cell_m: fluxes.cell_m as f32,
+                asymmetry: inputs.scattering.map(|scattering| 3.0 * scattering.asymmetry as f32),
+                sun_step_m: fluxes.depths.step_m as f32,
+                density: columns.density as f32,
+                grey: inputs.is_grey().into(),
+                ..LatticeLight::default()
             },
+            depths: fluxes.depths,
         }))
     }
+}
+
+/// A colour of the light in a cube.
+fn of(parts: &[Vec4; 4], c: usize) -> [f16; 4] {
+    parts.map(|part| f16::from_f32(part[c].clamp(-65504.0, 65504.0)))
+}
+
+/// Light in slabs, by height. Above its cubes a slab has what leaves it.
+fn rows_of(slabs: &[Within], heights: usize) -> Vec<[f16; 4]> {
+    let texel = |slab: &Within, height: usize, c: usize| of(&slab.light[height.min(slab.light.len() - 1)], c);
+    let row = |slab: &Within, c: usize| (0..heights).map(|height| texel(slab, height, c)).collect::<Vec<_>>();
+    [0, 1, 2].into_iter().flat_map(|c| slabs.iter().flat_map(move |slab| row(slab, c))).collect()
 }
 
 /// The columns of a map.
@@ -115,7 +166,8 @@ fn columns(inputs: &LatticeInputs<'_>) -> Option<Columns> {
 /// Exact light of a slab over that of the lattice: transmitted, reflected.
 fn factors(inputs: &LatticeInputs<'_>, lighting: &Lighting, path_m: f64, cell_m: f64) -> [[f32; 3]; 2] {
     let mu = lighting.towards_sun.z;
-    let [down, up] = Fluxes::even(path_m, inputs.density.max(1e-6), cell_m, lighting);
+    let even = Fluxes::even(path_m, inputs.density.max(1e-6), cell_m, lighting);
+    let (down, up) = (even.down[0], even.up[0]);
     let factor = |exact: f64, found: f64| {
         if found > 1e-9 { ((exact / found) as f32).clamp(FACTORS[0], FACTORS[1]) } else { 1.0 }
     };

@@ -132,7 +132,7 @@ fn passes(gpu: &Gpu, layer: &LayerInputs<'_>, maps: &SunMaps, above: [&Target; 2
     if let Some(lattice) = &layer.lattice {
         add(
             of([&shaders::LATTICE_LIGHT, &shaders::LATTICE_LIGHT_COLUMNS]),
-            lattice_binds(gpu, layer, maps, lattice, above),
+            lattice_binds(gpu, layer, maps, &lattice.maps, above),
         );
     } else {
         add(

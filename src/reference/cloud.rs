@@ -65,6 +65,8 @@ pub struct ViewRay {
     pub seen: DVec3,
     /// Where it shows the cloud: mean of what the viewer sees along it.
     pub hit_uv: DVec2,
+    /// Where it crosses the base plane, or begins within the layer.
+    pub base_uv: DVec2,
     /// Cosine of its zenith.
     pub cosine: f64,
     /// Length of cloud along it, metres.

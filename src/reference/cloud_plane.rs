@@ -23,7 +23,7 @@ pub fn view_ray(frame: &Frame, view: &View, thickness: &Map, place: DVec2) -> Vi
     let climbed_m = if from_above { path.high_m } else { path.low_m } / cosine;
     let hit_uv = base_uv + dvec2(up.x, -up.y) * (climbed_m / extent_m);
     let depth = f64::from(frame.medium.extinction_550) * path.length_m * cosine;
-    ViewRay { seen, hit_uv, cosine, path_m: path.length_m, depth, from_above }
+    ViewRay { seen, hit_uv, base_uv, cosine, path_m: path.length_m, depth, from_above }
 }
 
 /// Radiance (three colours, in units of the sun's irradiance per steradian) and alpha of each texel of a layer that nothing

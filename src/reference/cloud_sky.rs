@@ -73,7 +73,8 @@ pub fn sky_ray(
     let climbed_m = if from_above { path.high_m } else { path.low_m } / cosine;
     let hit_uv = start_uv + dvec2(up.x, -up.y) * (climbed_m / extent_m);
     let depth = f64::from(frame.medium.extinction_550) * path.length_m * cosine;
-    ViewRay { seen: if from_above { up } else { -up }, hit_uv, cosine, path_m: path.length_m, depth, from_above }
+    let seen = if from_above { up } else { -up };
+    ViewRay { seen, hit_uv, base_uv: start_uv, cosine, path_m: path.length_m, depth, from_above }
 }
 
 /// The layer behind what is `before` it in the texel at `middle`, counted in texels. `levels`: its thickness; `air`: before it.

@@ -144,7 +144,7 @@ pub(super) fn behind(lighting: &Lighting, depth: f64, background: DVec3) -> DVec
 }
 
 /// The table of scattering once, linear between its nodes.
-fn dressed_at(table: &[f64], angle: f64, path: f64) -> f64 {
+pub(super) fn dressed_at(table: &[f64], angle: f64, path: f64) -> f64 {
     let [column, row] = dressed::place(angle, path);
     let (i, j) = ((column as usize).min(dressed::ANGLES - 2), (row as usize).min(dressed::PATHS - 2));
     let (s, t) = (column - i as f64, row - j as f64);

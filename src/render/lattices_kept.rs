@@ -2,21 +2,24 @@
 
 use super::kept::Kept;
 use super::keys::LatticeKey;
-use crate::cumulus::dressed::Scattering;
+use crate::cumulus::dressed::{self, Scattering};
 use crate::field::Field;
 use crate::gpu::Gpu;
 use crate::job::{Job, RenderError, Watch};
-use crate::light::{LatticeInputs, LatticeMaps};
+use crate::light::{Dressed, LatticeInputs, LatticeLit, LatticeMaps};
 use crate::method::Transport;
 use crate::moment::Moment;
 use std::sync::Arc;
 
 /// The lattices of some layers and suns.
-pub(super) struct LatticesKept(Kept<LatticeKey, Option<Arc<LatticeMaps>>>);
+pub(super) struct LatticesKept {
+    lattices: Kept<LatticeKey, Option<Arc<LatticeLit>>>,
+    dressed: Kept<String, Arc<Dressed>>,
+}
 
 impl LatticesKept {
     pub(super) fn new(capacity: usize) -> Self {
-        Self(Kept::new(capacity))
+        Self { lattices: Kept::new(capacity), dressed: Kept::new(capacity) }
     }
 
     /// The lattice of each layer that has one: an even layer is a slab, whose light is exact without.
@@ -27,13 +30,14 @@ impl LatticesKept {
         watch: &Watch,
         fields: &[Arc<Field>],
         moment: &Moment,
-    ) -> Result<Vec<Option<Arc<LatticeMaps>>>, RenderError> {
+    ) -> Result<Vec<Option<Arc<LatticeLit>>>, RenderError> {
         let wanted = moment.plan.transport == Transport::Lattice && moment.illumination.is_day();
+        let Self { lattices, dressed } = self;
         let of = |(number, field): (usize, &Arc<Field>)| {
             if !wanted || field.is_uniform() {
                 return Ok(None);
             }
-            self.0.get_or(LatticeKey::new(job, moment, number), || {
+            lattices.get_or(LatticeKey::new(job, moment, number), || {
                 let tables = &job.tables()[number];
                 let inputs = LatticeInputs {
                     map: &gpu.read_map(&field.thickness, 0, watch.deadline)?,
@@ -45,7 +49,11 @@ impl LatticesKept {
                     slant_cosine: moment.slant_cosine(),
                     fluxes: &tables.fluxes,
                 };
-                Ok(LatticeMaps::new(&inputs, &|| watch.look())?.map(Arc::new))
+                let Some(maps) = LatticeMaps::new(&inputs, &|| watch.look())? else { return Ok(None) };
+                let dressed = dressed.get_or_make(tables.mix.key(), || {
+                    Arc::new(Dressed::new(gpu, &tables.channels.each_ref().map(dressed::table)))
+                });
+                Ok(Some(Arc::new(LatticeLit::new(gpu, maps, dressed))))
             })
         };
         fields.iter().enumerate().map(of).collect()

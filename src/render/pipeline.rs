@@ -15,7 +15,7 @@ use crate::gpu::{Gpu, HostMap};
 use crate::ground::GroundMap;
 use crate::image::MissingImage;
 use crate::job::{Job, RenderError, Watch};
-use crate::light::{self, LatticeMaps, Light, LightInputs, Lit};
+use crate::light::{self, LatticeLit, Light, LightInputs, Lit};
 use crate::method::{Reference, SlabMethod};
 use crate::moment::Moment;
 use crate::plan::field_resolution;
@@ -350,7 +350,7 @@ fn lit(
     watch: &Watch,
     run: &Run,
     frames: &[wgpu::Buffer],
-    lattices: &[Option<Arc<LatticeMaps>>],
+    lattices: &[Option<Arc<LatticeLit>>],
 ) -> Result<Lit, RenderError> {
     let moment = &run.moment;
     let layer = |number: usize| light::LayerInputs {

@@ -145,7 +145,7 @@ pub(super) fn read(
         entering: map(maps.entering(blur_texels))?,
         above: lit.maps.get(number + 1).map_or_else(|| Ok(open()), |above| map(&above.beam))?,
         above_beam: lit.maps.get(number + 1).map_or_else(|| Ok(open()), |above| map(above.on_ground()))?,
-        lattice: lit.lattices[number].as_deref().cloned(),
+        lattice: lit.lattices[number].as_deref().map(|lattice| lattice.maps.clone()),
         beam: map(&maps.beam)?,
         ground_beam: maps.ground_beam.as_ref().map(map).transpose()?,
         tilted: map(&maps.tilted)?,

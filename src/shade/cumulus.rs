@@ -1,11 +1,11 @@
 //! A layer of cumulus on the device, and its passes.
 
-use crate::cumulus::dressed::{ANGLES, PATHS};
 use crate::cumulus::lattice::Lattice;
 use crate::cumulus::{Coarse, Relief, Volume};
 use crate::gpu::layout::{Cumulus, View};
 use crate::gpu::shaders::Shader;
 use crate::gpu::{Bind, Gpu, Pass, binds, shaders};
+use crate::light::Dressed;
 use half::f16;
 use std::sync::Arc;
 
@@ -96,20 +96,6 @@ impl CoarseNormals {
     }
 }
 
-/// Light that its droplets scatter once: see [`crate::cumulus::dressed::table`].
-pub(crate) struct Dressed(wgpu::TextureView);
-
-impl Dressed {
-    /// Brings the tables of red, green, blue to the device.
-    pub(crate) fn new(gpu: &Gpu, tables: &[Vec<f64>; 3]) -> Self {
-        let half = |value: f64| f16::from_f64(value.clamp(0.0, 65504.0));
-        let texel = |i: usize| [half(tables[0][i]), half(tables[1][i]), half(tables[2][i]), f16::ZERO];
-        let texels: Vec<[f16; 4]> = (0..ANGLES * PATHS).map(texel).collect();
-        let size = [ANGLES as u32, PATHS as u32];
-        Self(gpu.half_from("dressed", size, &texels))
-    }
-}
-
 /// What its light is computed from, by method.
 pub(crate) enum CumulusLight {
     Lattice(Arc<CumulusLit>, Arc<Dressed>),
@@ -128,7 +114,7 @@ impl CumulusLight {
         match self {
             Self::Lattice(lit, dressed) => {
                 let [red, green, blue] = &lit.light;
-                binds![&lit.sun_depth.depths, red, green, blue, &dressed.0, &gpu.linear]
+                binds![&lit.sun_depth.depths, red, green, blue, dressed.view(), &gpu.linear]
             }
             Self::Octaves(sun_depth) => binds![&sun_depth.depths],
             Self::Forward => Vec::new(),

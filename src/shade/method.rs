@@ -36,6 +36,15 @@ impl SlabLight {
         })
     }
 
+    /// The same where the sun's light is that of a lattice along the view ray.
+    pub(crate) fn lattice_shader(&self, field: &Field) -> &'static Shader {
+        field.shader(match self {
+            Self::Forward(_) => [&shaders::LATTICE_FORWARD, &shaders::LATTICE_FORWARD_COLUMNS],
+            Self::Analytic(_) => [&shaders::LATTICE_ANALYTIC, &shaders::LATTICE_ANALYTIC_COLUMNS],
+            Self::Tabulated(_) => [&shaders::LATTICE_TABULATED, &shaders::LATTICE_TABULATED_COLUMNS],
+        })
+    }
+
     /// The shader of the clouds of a sky.
     pub(crate) fn sky_shader(&self, field: &Field) -> &'static Shader {
         field.shader(match self {

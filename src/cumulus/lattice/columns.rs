@@ -4,8 +4,8 @@ use super::cells::{Cells, Cloud, Set};
 use super::grid::Grid;
 use super::lighting::Lighting;
 use super::optics::{Passages, density_number};
+use super::rays::{LEAST_M, Rays, SunDepths};
 use glam::{DVec3, Vec4};
-use rayon::prelude::*;
 use std::f64::consts::PI;
 
 /// Side of the cubes at most, metres, and in mean free paths.
@@ -16,15 +16,6 @@ const UP: f64 = 4.0;
 const ACROSS: f64 = 8.0;
 /// Cubes of the whole domain, about at most: what two cores solve in a second.
 const MAX_CELLS: f64 = 2.5e5;
-/// Steps of the sun's rays in a cube's height, and their lines along each side of it, at most.
-const STEPS: usize = 8;
-const MAX_LINES: f64 = 4.0;
-/// Steps of all lines, about at most.
-const MAX_WORK: f64 = 2e7;
-/// Optical depth towards the sun, after the forward peak counts as not scattered, beyond which nothing arrives.
-const DARK: f32 = 15.0;
-/// A column is no thinner where it has cloud, metres: what its depth is divided by.
-const LEAST_M: f32 = 1e-3;
 
 /// Columns of a periodic map. The sun of [`Lighting`] lies in the map's axes: x along rows, y down them.
 #[derive(Debug, Clone)]
@@ -100,18 +91,18 @@ impl Columns {
         Grid { size: [across, across, up], cell_m, floor_m: 0.0, extent_m: across as f64 * cell_m }
     }
 
-    /// The columns' cubes of cloud; and the lighting with the extinction of full density.
-    pub(super) fn cells(&self, lighting: &Lighting, grid: &Grid) -> (Cells, Lighting) {
+    /// The columns' cubes of cloud; the lighting with the extinction of full density; and depths towards the sun.
+    pub(super) fn cells(&self, lighting: &Lighting, grid: &Grid) -> (Cells, Lighting, SunDepths) {
         let most = self.most();
         let dense = Lighting { extinction_per_m: lighting.extinction_per_m.map(|per_m| per_m * most), ..*lighting };
-        let filled = Rays::new(self, lighting, grid).filled();
+        let (filled, depths) = Rays::new(self, lighting, grid).filled();
         let [r, g, b] = lighting.sun.map(|sun| (sun / (4.0 * PI)) as f32);
         let sun = Vec4::new(r, g, b, 0.0);
         let mut cloud = Cloud {
             set: Set::default(),
             densities: Vec::new(),
             sun: Vec::new(),
-            passages: Passages::new(&dense, grid.cell_m),
+            passages: Passages::only(&dense, grid.cell_m, &[]),
         };
         let [nx, ny, _] = grid.size;
         for (number, (density, arriving)) in filled.into_iter().enumerate().filter(|(_, (density, _))| *density > 0.0) {
@@ -121,137 +112,7 @@ impl Columns {
             cloud.densities.push(density_number((f64::from(density) / most).min(1.0)).max(1));
             cloud.sun.push(sun * arriving);
         }
-        (Cells { grid: *grid, cloud, near: Set::default(), sun_depth: Vec::new() }, dense)
-    }
-}
-
-/// The sun's rays through columns, down level by level: at each level the same number of them is in every cube, so that what they lose there
-/// is what the cube gets.
-struct Rays<'a> {
-    columns: &'a Columns,
-    grid: &'a Grid,
-    /// Lines along a side of a cube.
-    lines: usize,
-    /// Along x, y per height.
-    slope: [f64; 2],
-    /// Per metre along the vertical: depth at 550 nm.
-    depth_per_m: f32,
-    /// What counts of a colour's depth per depth at 550 nm.
-    kept: Vec4,
-    grey: bool,
-}
-
-impl<'a> Rays<'a> {
-    fn new(columns: &'a Columns, lighting: &Lighting, grid: &'a Grid) -> Self {
-        let DVec3 { x, y, z } = lighting.towards_sun;
-        let kept = |c: usize| {
-            (lighting.scattering[c].kept * lighting.extinction_per_m[c] / lighting.extinction_per_m[1].max(1e-12))
-                as f32
-        };
-        let texel_m = columns.extent_m / columns.size[0].max(columns.size[1]) as f64;
-        let levels = (grid.count() * STEPS) as f64;
-        let lines = (2.0 * grid.cell_m / texel_m).ceil().min((MAX_WORK / levels).sqrt()).clamp(2.0, MAX_LINES);
-        Self {
-            columns,
-            grid,
-            lines: if columns.texels.len() == 1 { 1 } else { lines as usize },
-            slope: [x / z, y / z],
-            depth_per_m: (lighting.extinction_per_m[1] / z) as f32,
-            kept: Vec4::new(kept(0), kept(1), kept(2), 1.0),
-            grey: kept(0) == kept(1) && kept(2) == kept(1),
-        }
-    }
-
-    /// Of each cube of the grid: density, and the mean over its cloud of the sunlight that arrives, parts of that above.
-    fn filled(&self) -> Vec<(f32, Vec4)> {
-        let [nx, ny, nz] = self.grid.size;
-        let mut cubes = vec![(0.0_f32, Vec4::ZERO); self.grid.count()];
-        let across = nx * self.lines;
-        let mut depths = vec![0.0_f32; across * across];
-        for level in (0..nz * STEPS).rev() {
-            let rows = depths.par_chunks_mut(across).enumerate();
-            let rows = rows.map(|(row, depths)| self.row(row, level, depths)).collect::<Vec<_>>();
-            let slice = &mut cubes[level / STEPS * nx * ny..][..nx * ny];
-            for (y, sums) in rows {
-                for (cube, sum) in slice[y * nx..][..nx].iter_mut().zip(sums) {
-                    cube.0 += sum.0;
-                    cube.1 += sum.1;
-                }
-            }
-        }
-        let samples = (self.lines * self.lines * STEPS) as f32;
-        let mean = |(density, sun): (f32, Vec4)| (density / samples, if density > 0.0 { sun / density } else { sun });
-        cubes.into_iter().map(mean).collect()
-    }
-
-    /// A row of lines at a level: the row of cubes that it is in, and sums over these.
-    fn row(&self, row: usize, level: usize, depths: &mut [f32]) -> (usize, Vec<(f32, Vec4)>) {
-        let Self { columns, grid, .. } = self;
-        let [nx, ny, _] = grid.size;
-        let [width, height] = columns.size;
-        let (extent_m, step_m) = (grid.extent_m, grid.cell_m / STEPS as f64);
-        let spacing_m = grid.cell_m / self.lines as f64;
-        let low_m = level as f64 * step_m;
-        // Where lines are in the middle of the level.
-        let at = |number: usize, axis: usize| {
-            let place_m = (number as f64 + 0.5) * spacing_m + self.slope[axis] * (low_m + 0.5 * step_m);
-            (place_m / extent_m).rem_euclid(1.0)
-        };
-        let cube = |part: f64, count: usize| ((part * count as f64) as usize).min(count - 1);
-        let texel = |part: f64, count: usize| (part * count as f64 - 0.5).rem_euclid(count as f64);
-        let v = at(row, 1);
-        let mut sums = vec![(0.0_f32, Vec4::ZERO); nx];
-        let y = texel(v, height);
-        let (north, south) = ((y as usize).min(height - 1), (y as usize + 1) % height);
-        let down = y.fract() as f32;
-        let [north, south] = [north, south].map(|y| &columns.texels[y * width..][..width]);
-        let (mut x, along) = (texel(at(0, 0), width), width as f64 / depths.len() as f64);
-        let (low, step) = (low_m as f32, step_m as f32);
-        for (number, depth) in depths.iter_mut().enumerate() {
-            let (west, east) = ((x as usize).min(width - 1), (x as usize + 1) % width);
-            let right = x.fract() as f32;
-            x += along;
-            if x >= width as f64 {
-                x -= width as f64;
-            }
-            let between = |part: usize| {
-                let upper = north[west][part] + right * (north[east][part] - north[west][part]);
-                let lower = south[west][part] + right * (south[east][part] - south[west][part]);
-                upper + down * (lower - upper)
-            };
-            let top = between(1);
-            if top <= low {
-                continue;
-            }
-            let (path, base) = (between(0), between(2));
-            let inside = top.min(low + step) - base.max(low);
-            if path <= 0.0 || inside <= 0.0 {
-                continue;
-            }
-            let density = path / (top - base).max(LEAST_M);
-            let within = density * inside * self.depth_per_m;
-            let sum = &mut sums[cube(at(number, 0), nx)];
-            let part = density * inside / step;
-            sum.0 += part;
-            sum.1 += part * self.arriving(*depth, within);
-            *depth += within;
-        }
-        (cube(v, ny), sums)
-    }
-
-    /// The mean of what arrives over a piece of a ray.
-    fn arriving(&self, before: f32, within: f32) -> Vec4 {
-        let of = |kept: f32| {
-            let (before, within) = (kept * before, kept * within);
-            match (before, within) {
-                (before, _) if before > DARK => 0.0,
-                (_, within) if within < 1e-3 => (-before).exp() * (1.0 - 0.5 * within),
-                _ => (-before).exp() * -(-within).exp_m1() / within,
-            }
-        };
-        if self.grey {
-            return Vec4::splat(of(self.kept.y));
-        }
-        Vec4::new(of(self.kept.x), of(self.kept.y), of(self.kept.z), 0.0)
+        cloud.passages = Passages::only(&dense, grid.cell_m, &cloud.densities);
+        (Cells { grid: *grid, cloud, near: Set::default(), sun_depth: Vec::new() }, dense, depths)
     }
 }

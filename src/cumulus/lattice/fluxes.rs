@@ -1,15 +1,17 @@
-//! Sunlight that columns of a stratiform layer scatter down through their base plane and up.
+//! Sunlight in columns of a stratiform layer, and what they scatter down through their base plane and up.
 
 use super::columns::Columns;
 use super::grid::Grid;
 use super::lighting::Lighting;
+use super::rays::SunDepths;
 use super::settle::{Enough, settle};
 use super::sweep::{Border, Sweep};
+use super::within::Within;
 use glam::Vec4;
 use std::convert::Infallible;
 use std::f64::consts::PI;
 
-/// Scattered sunlight as parts of what falls on a horizontal plane above the layer; red, green, blue.
+/// Scattered sunlight; fluxes are parts of what falls on a horizontal plane above the layer, red, green, blue.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Fluxes {
     /// Cubes along a side of the domain.
@@ -20,6 +22,10 @@ pub struct Fluxes {
     pub down: Vec<[f32; 3]>,
     /// Up, by the place of the last cube of cloud.
     pub up: Vec<[f32; 3]>,
+    /// Light within, under a sun of irradiance 1 on a plane facing it.
+    pub within: Within,
+    /// How deep the sun's rays are.
+    pub depths: SunDepths,
     /// Iterations that were taken, and the last one's change.
     pub iterations: usize,
     /// See `iterations`.
@@ -38,12 +44,12 @@ impl Fluxes {
         solve(columns, &grid, lighting, look)
     }
 
-    /// Down and up through a slab of so much thickness by optical depth and a relative extinction, in cubes of this side.
-    pub fn even(path_m: f64, density: f64, cell_m: f64, lighting: &Lighting) -> [[f32; 3]; 2] {
+    /// Those of a slab of so much thickness by optical depth and a relative extinction, in cubes of this side.
+    pub fn even(path_m: f64, density: f64, cell_m: f64, lighting: &Lighting) -> Self {
         let columns = Columns::even(path_m, density);
         let look: &dyn Fn() -> Result<(), Infallible> = &|| Ok(());
         match solve(&columns, &columns.with(1, cell_m), lighting, look) {
-            Ok(fluxes) => [fluxes.down[0], fluxes.up[0]],
+            Ok(fluxes) => fluxes,
             Err(never) => match never {},
         }
     }
@@ -57,7 +63,7 @@ fn solve<E>(
 ) -> Result<Fluxes, E> {
     look()?;
     let lighting = Lighting { above: [0.0; 3], below: [0.0; 3], ..*lighting };
-    let (cells, dense) = columns.cells(&lighting, grid);
+    let (cells, dense, depths) = columns.cells(&lighting, grid);
     look()?;
     let border = Border::new(&dense).without_gaps();
     let settled = settle(&cells, &dense, &border, Enough::EXACT, look)?;
@@ -67,6 +73,7 @@ fn solve<E>(
     let parts =
         |light: Vec<Vec4>| light.iter().map(|light| [light.x * sun[0], light.y * sun[1], light.z * sun[2]]).collect();
     let [down, up] = sweep.exits(&border).map(parts);
+    let within = Within::new(&cells, &border, &settled.state);
     let (iterations, change) = (settled.iterations, settled.change);
-    Ok(Fluxes { across: grid.size[0], cell_m: grid.cell_m, down, up, iterations, change })
+    Ok(Fluxes { across: grid.size[0], cell_m: grid.cell_m, down, up, within, depths, iterations, change })
 }

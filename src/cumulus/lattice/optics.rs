@@ -7,7 +7,7 @@ use glam::Vec4;
 const DENSITIES: usize = 2048;
 
 /// What light along an edge or a diagonal of a cube meets; lanes are red, green, blue.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Passage {
     pub(super) transmittance: Vec4,
     /// The mean of the transmittance over the way.
@@ -20,6 +20,18 @@ pub(super) struct Passages(Vec<[Passage; 2]>);
 
 impl Passages {
     pub(super) fn new(lighting: &Lighting, cell_m: f64) -> Self {
+        Self::made(lighting, cell_m, |_| true)
+    }
+
+    /// Of these densities alone: a slab has few.
+    pub(super) fn only(lighting: &Lighting, cell_m: f64, densities: &[u16]) -> Self {
+        if densities.len() > DENSITIES / 8 {
+            return Self::new(lighting, cell_m);
+        }
+        Self::made(lighting, cell_m, |i| densities.iter().any(|density| usize::from(*density) == i))
+    }
+
+    fn made(lighting: &Lighting, cell_m: f64, used: impl Fn(usize) -> bool) -> Self {
         let passage = |density: f64, length: f64| {
             let paths = [0, 1, 2]
                 .map(|c| density * lighting.extinction_per_m[c] * lighting.scattering[c].kept * cell_m * length);
@@ -35,7 +47,7 @@ impl Passages {
             let density = density_of(i as u16);
             [passage(density, 1.0), passage(density, 3.0_f64.sqrt())]
         };
-        Self((0..DENSITIES).map(both).collect())
+        Self((0..DENSITIES).map(|i| if used(i) { both(i) } else { Default::default() }).collect())
     }
 
     /// Along an edge, along a diagonal.

@@ -1,0 +1,154 @@
+// The sun's light of a layer relative to a slab's under the open sun: by the layer's lattice along the view ray, over the same
+// lattice's light in a slab as deep. Both are cut into the same pieces, so that what that leaves out drops out. Light scattered once is dressed
+// with what is scattered forward on its way, as in cumulus. Twin: src/reference/cloud_lattice.rs.
+@group(0) @binding(METHOD_NEXT) var<uniform> lattice: LatticeLight;
+@group(0) @binding(METHOD_NEXT + 1) var within: texture_3d<f32>;     // mean radiance, moments along x, y, z; colours above one another
+@group(0) @binding(METHOD_NEXT + 2) var sun_depths: texture_3d<f32>; // lines by where they pass the base plane, heights
+@group(0) @binding(METHOD_NEXT + 3) var slabs: texture_2d<f32>;      // heights, slabs by the root of their depth; colours below one another
+@group(0) @binding(METHOD_NEXT + 4) var dressed: texture_2d<f32>;    // light scattered once: angle, path
+@group(0) @binding(METHOD_NEXT + 5) var around: sampler;
+@group(0) @binding(METHOD_NEXT + 6) var evenly: sampler;
+
+// Shares of the light that are looked at along a ray, about.
+const LATTICE_SHARES: f32 = 5.0;
+// Optical depth, after the forward peak counts as not scattered, beyond which nothing is seen; and that of a step at most.
+const LATTICE_OPAQUE: f32 = 6.0;
+const LATTICE_STEP_DEPTH: f32 = 0.4;
+// Steps of a ray, at least and at most.
+const LATTICE_LEAST_STEPS: f32 = 6.0;
+const LATTICE_MOST_STEPS: f32 = 256.0;
+// What a path counts more than its length.
+const LATTICE_DETOUR: f32 = 0.005;
+const LATTICE_PATH_SCALE: f32 = 0.2;
+const LATTICE_PATH_LOG: f32 = 6.39859493; // ln 601
+// What a slab's light is multiplied with, at most.
+const LATTICE_MOST: f32 = 16.0;
+
+// What of the light of a place goes through so much optical depth.
+fn lattice_passes(depth: f32, ratio: vec3<f32>) -> vec3<f32> {
+    return exp(-lattice.kept * ratio * depth);
+}
+
+// Light scattered once, by the angle's place in the table and the path to and from where it is.
+fn lattice_once(column: f32, path_550: f32, ratio: vec3<f32>) -> vec3<f32> {
+    let path = ratio * path_550;
+    let rows = f32(textureDimensions(dressed).y);
+    let stretched = path * (1.0 + LATTICE_DETOUR * path);
+    let v = (log(1.0 + stretched / LATTICE_PATH_SCALE) / LATTICE_PATH_LOG * (rows - 1.0) + 0.5) / rows;
+    let green = textureSampleLevel(dressed, evenly, vec2<f32>(column, v.g), 0.0).rgb;
+    if lattice.grey == 1u {
+        return green;
+    }
+    let red = textureSampleLevel(dressed, evenly, vec2<f32>(column, v.r), 0.0).r;
+    return ratio * vec3<f32>(red, green.g, textureSampleLevel(dressed, evenly, vec2<f32>(column, v.b), 0.0).b);
+}
+
+// Mean radiance and moment against the view in the cubes around a place: the source of what is scattered again.
+fn lattice_within(uv: vec2<f32>, height: f32, towards: vec3<f32>) -> vec3<f32> {
+    let cubes = f32(textureDimensions(within).z) / 3.0;
+    let z = clamp(height, 0.5, cubes - 0.5);
+    var more: vec3<f32>;
+    for (var c = 0; c < 3; c++) {
+        let light = textureSampleLevel(within, around, vec3<f32>(uv, (f32(c) * cubes + z) / (3.0 * cubes)), 0.0);
+        more[c] = light.x - lattice.asymmetry[c] * dot(light.yzw, vec3<f32>(towards.x, -towards.y, towards.z));
+        if lattice.grey == 1u {
+            return max(vec3<f32>(more[0]), vec3<f32>(0.0));
+        }
+    }
+    return max(more, vec3<f32>(0.0));
+}
+
+// The same in a slab: height, row of its depth, the view's part along the sun's side and upwards.
+fn lattice_slab(height: f32, node: f32, along: vec2<f32>) -> vec3<f32> {
+    let size = vec2<f32>(textureDimensions(slabs));
+    var more: vec3<f32>;
+    for (var c = 0; c < 3; c++) {
+        let place = vec2<f32>(height, f32(c) * size.y / 3.0 + node + 0.5) / size;
+        let light = textureSampleLevel(slabs, evenly, place, 0.0);
+        more[c] = light.x - lattice.asymmetry[c] * dot(light.yw, along);
+        if lattice.grey == 1u {
+            return max(vec3<f32>(more[0]), vec3<f32>(0.0));
+        }
+    }
+    return max(more, vec3<f32>(0.0));
+}
+
+fn sun_reaches(ray: ViewRay, share: vec4<f32>) -> vec3<f32> {
+    let lit = share.w * select(lattice.in_air, vec3<f32>(1.0), ray.from_above);
+    if ray.path_m <= 0.0 {
+        return lit;
+    }
+    let sun = frame.sun.towards;
+    let towards = -ray.seen;
+    let up = select(towards, ray.seen, ray.from_above);
+    let extinction = frame.medium.extinction_550;
+    let ratio = frame.medium.extinction / extinction;
+    let rise_m = frame.place.depth_m;
+    let straight = vec2<f32>(up.x, -up.y) * (rise_m / (ray.cosine * frame.place.extent_m));
+    let texels = textureDimensions(thickness);
+    let crossed = length(straight) * f32(max(texels.x, texels.y));
+    // Close to the horizon a shorter way over the map stands for the whole way.
+    let way = straight / max(crossed / LATTICE_MOST_STEPS, 1.0);
+    let start = ray.base_uv + frame.place.offset_uv;
+    let per_metre = extinction / ray.cosine;
+    let deep = lattice.kept.g * per_metre * rise_m / LATTICE_STEP_DEPTH;
+    let count = u32(clamp(ceil(max(crossed, deep)), LATTICE_LEAST_STEPS, LATTICE_MOST_STEPS));
+    let step_m = rise_m / f32(count);
+
+    let sun_way = vec2<f32>(sun.x, -sun.y) / (frame.sun.slant_cosine * frame.place.extent_m);
+    let angle = 2.0 * atan2(length(towards - sun), length(towards + sun));
+    let angles = f32(textureDimensions(dressed).x);
+    let column = (sqrt(angle / PI) * (angles - 1.0) + 0.5) / angles;
+    let heights = f32(textureDimensions(sun_depths).z);
+    let level = length(sun.xy);
+    let facing = select(0.0, dot(towards.xy, sun.xy) / max(level, 1e-6), level > 1e-6);
+    let all_m = ray.path_m * ray.cosine;
+    let rows = f32(textureDimensions(slabs).y / 3u);
+    let node = sqrt(min(all_m * extinction / lattice.reach, 1.0)) * (rows - 1.0);
+
+    var near = sample_periodic(thickness, repeat, start + select(vec2<f32>(0.0), way, ray.from_above), 0u);
+    var before = 0.0;
+    var found = vec3<f32>(0.0);
+    var slab = vec3<f32>(0.0);
+    var step = 0u;
+    // A piece is shaded once it is whole: software devices would shade at every step.
+    while step < count && lattice.kept.g * before <= LATTICE_OPAQUE {
+        var depth = 0.0;
+        var moment = 0.0;
+        var ends = false;
+        for (; step < count && !ends; step++) {
+            let low = select(step, count - 1u - step, ray.from_above);
+            let to = select(low + 1u, low, ray.from_above);
+            let far = sample_periodic(thickness, repeat, start + way * (f32(to) / f32(count)), 0u);
+            let low_m = f32(low) * step_m;
+            let piece = lattice_piece(select(near, far, ray.from_above), select(far, near, ray.from_above),
+                vec2<f32>(low_m, low_m + step_m));
+            near = far;
+            let added = max(per_metre * piece.z * (piece.y - piece.x) * step_m, 0.0);
+            depth += added;
+            moment += added * (low_m + 0.5 * (piece.x + piece.y) * step_m);
+            let share = exp(-lattice.kept.g * before) * (1.0 - exp(-lattice.kept.g * depth));
+            // A gap ends a piece: what comes next has another place.
+            ends = depth > 0.0 && (added == 0.0 || share > 1.0 / LATTICE_SHARES);
+        }
+        if depth > 0.0 {
+            let height_m = moment / depth;
+            let uv = start + way * (height_m / rise_m);
+            let middle = before + 0.5 * depth;
+            let share = lattice.albedo * (lattice_passes(before, ratio) - lattice_passes(before + depth, ratio));
+            let line = vec3<f32>(uv - sun_way * height_m, (height_m / lattice.sun_step_m + 0.5) / heights);
+            let sun_depth = max(textureSampleLevel(sun_depths, around, line, 0.0).x, 0.0);
+            found += depth * lattice_once(column, middle + sun_depth, ratio)
+                + share * lattice_within(uv, height_m / lattice.cell_m + 1.0, towards);
+            // The same piece of the slab.
+            let passed_m = middle / per_metre;
+            let slab_m = select(passed_m, max(all_m - passed_m, 0.0), ray.from_above);
+            let above = select(max(extinction * all_m - extinction * passed_m, 0.0), extinction * passed_m, ray.from_above);
+            slab += depth * lattice_once(column, middle + above / frame.sun.slant_cosine, ratio)
+                + share * lattice_slab(slab_m / (lattice.density * lattice.cell_m) + 1.0, node, vec2<f32>(facing, towards.z));
+            before += depth;
+        }
+    }
+    let least = vec3<f32>(1e-12);
+    return lit * select(vec3<f32>(1.0), min(found / max(slab, least), vec3<f32>(LATTICE_MOST)), slab > least);
+}

@@ -1,0 +1,244 @@
+//! Sunlight along a view ray through a layer by its lattice, relative to that of a slab. Twin of `shaders/shared/cloud_lattice.wgsl`.
+
+use super::cloud::{Sunlight, ViewRay};
+use super::columns::{column_piece, is_ragged};
+use super::cumulus::dressed_at;
+use super::frame::{vec2, vec3};
+use super::map::Map;
+use crate::cumulus::dressed;
+use crate::gpu::layout::{Frame, LatticeLight};
+use crate::light::LatticeMaps;
+use glam::{DVec2, DVec3, DVec4, dvec2, dvec3};
+use half::f16;
+
+/// Shares of the light that are looked at along a ray, about.
+pub const SHARES: f64 = 5.0;
+/// Optical depth, after the forward peak counts as not scattered, beyond which nothing is seen; and that of a step at most.
+pub const OPAQUE: f64 = 6.0;
+/// See [`OPAQUE`].
+pub const STEP_DEPTH: f64 = 0.4;
+/// Steps of a ray, at least and at most.
+pub const STEPS: [f64; 2] = [6.0, 256.0];
+/// What a slab's light is multiplied with, at most.
+pub const MOST: f64 = 16.0;
+
+/// What the shader reads of a layer's lattice.
+#[derive(Debug, Clone, Copy)]
+pub struct LatticeSeen<'a> {
+    /// How it is read.
+    pub light: &'a LatticeLight,
+    /// Cubes; of each colour as [`LatticeMaps::within`].
+    pub size: [usize; 3],
+    /// See `size`.
+    pub within: &'a [[f16; 4]],
+    /// Lines and heights; depths towards the sun.
+    pub lines: [usize; 3],
+    /// See `lines`.
+    pub depths: &'a [f16],
+    /// See [`LatticeMaps::slabs`].
+    pub slabs: &'a [[f16; 4]],
+    /// Columns and rows of those.
+    pub slabs_size: [usize; 2],
+    /// [`crate::cumulus::dressed::table`] of red, green, blue.
+    pub dressed: [&'a [f64]; 3],
+}
+
+impl<'a> LatticeSeen<'a> {
+    /// That of a lattice.
+    pub fn new(maps: &'a LatticeMaps, dressed: [&'a [f64]; 3]) -> Self {
+        let (light, size, within) = (&maps.light, maps.size, maps.within.as_slice());
+        let (lines, depths) = (maps.depths.size, maps.depths.depths.as_slice());
+        Self { light, size, within, lines, depths, slabs: &maps.slabs, slabs_size: maps.slabs_size, dressed }
+    }
+}
+
+/// A piece of a ray that is shaded as one: height above the base plane, optical depth before it and of it.
+struct Piece {
+    height_m: f64,
+    before: f64,
+    depth: f64,
+}
+
+/// Eight texels around a place and what each counts; x and y repeat.
+fn around([nx, ny, nz]: [usize; 3], uv: DVec2, height: f64) -> [(usize, f64); 8] {
+    let wrap = |part: f64, n: usize| {
+        let place = part * n as f64 - 0.5;
+        (place.floor() as i64, place - place.floor())
+    };
+    let (x, y) = (wrap(uv.x, nx), wrap(uv.y, ny));
+    let place = (height - 0.5).clamp(0.0, (nz - 1) as f64);
+    let low = (place as usize).min(nz.saturating_sub(2));
+    let up = place - low as f64;
+    std::array::from_fn(|corner| {
+        let [i, j, k] = [corner & 1, corner >> 1 & 1, corner >> 2];
+        let side = |part: f64, at: usize| if at == 1 { part } else { 1.0 - part };
+        let at = |(low, _): (i64, f64), i: usize, n: usize| (low + i as i64).rem_euclid(n as i64) as usize;
+        let z = (low + k).min(nz - 1);
+        (at(x, i, nx) + nx * (at(y, j, ny) + ny * z), side(x.1, i) * side(y.1, j) * side(up, k))
+    })
+}
+
+/// A straight way over the map, for a ray that climbs through the layer.
+#[derive(Clone, Copy)]
+struct Way {
+    start_uv: DVec2,
+    way_uv: DVec2,
+    rise_m: f64,
+    /// Steps.
+    count: f64,
+}
+
+impl Way {
+    fn new(frame: &Frame, seen: &LatticeSeen<'_>, map: &Map, ray: &ViewRay) -> Self {
+        let rise_m = f64::from(frame.place.depth_m);
+        let up = if ray.from_above { ray.seen } else { -ray.seen };
+        let straight = dvec2(up.x, -up.y) * (rise_m / (ray.cosine * f64::from(frame.place.extent_m)));
+        let crossed = straight.length() * map.width.max(map.height) as f64;
+        let deep =
+            f64::from(seen.light.kept[1]) * f64::from(frame.medium.extinction_550) / ray.cosine * rise_m / STEP_DEPTH;
+        Self {
+            start_uv: ray.base_uv + vec2(frame.place.offset_uv),
+            way_uv: straight / (crossed / STEPS[1]).max(1.0),
+            rise_m,
+            count: crossed.max(deep).ceil().clamp(STEPS[0], STEPS[1]),
+        }
+    }
+
+    fn uv(&self, part: f64) -> DVec2 {
+        self.start_uv + self.way_uv * part
+    }
+}
+
+/// Visits the pieces of a ray, from the viewer on.
+fn pieces(frame: &Frame, seen: &LatticeSeen<'_>, map: &Map, ray: &ViewRay, way: &Way, mut shade: impl FnMut(Piece)) {
+    let Way { rise_m, count, .. } = *way;
+    let kept = f64::from(seen.light.kept[1]);
+    let per_metre = f64::from(frame.medium.extinction_550) / ray.cosine;
+    let at = |part: f64| map.sample_periodic(way.uv(part).to_array());
+    let part = |step: f64| if ray.from_above { 1.0 - step / count } else { step / count };
+    let (mut before, mut pending, mut moment) = (0.0, 0.0, 0.0);
+    let mut near = at(part(0.0));
+    for step in 0..count as u32 {
+        if kept * before > OPAQUE {
+            break;
+        }
+        let [from, to] = [part(f64::from(step)), part(f64::from(step + 1))];
+        let far = at(to);
+        let (low, high) = if ray.from_above { (far, near) } else { (near, far) };
+        let heights_m = [from.min(to), from.max(to)].map(|part| part * rise_m);
+        let inside = if is_ragged(frame) {
+            column_piece(low, high, heights_m).map(|piece| (piece.ends, piece.density))
+        } else {
+            inside(low[0] - heights_m[0], high[0] - heights_m[1]).map(|ends| (ends, 1.0))
+        };
+        near = far;
+        let mut added = 0.0;
+        if let Some((ends, density)) = inside {
+            let piece_m = heights_m[1] - heights_m[0];
+            added = per_metre * density * (ends[1] - ends[0]) * piece_m;
+            pending += added;
+            moment += added * (heights_m[0] + 0.5 * (ends[0] + ends[1]) * piece_m);
+        }
+        let passes = |depth: f64| (-kept * depth).exp();
+        let share = passes(before) - passes(before + pending);
+        if pending > 0.0 && (added == 0.0 || share > 1.0 / SHARES) {
+            shade(Piece { height_m: moment / pending, before, depth: pending });
+            before += pending;
+            (pending, moment) = (0.0, 0.0);
+        }
+    }
+    if pending > 0.0 {
+        shade(Piece { height_m: moment / pending, before, depth: pending });
+    }
+}
+
+/// Where from 0 to 1 what goes evenly from one value to another is above 0.
+fn inside(first: f64, last: f64) -> Option<[f64; 2]> {
+    match (first > 0.0, last > 0.0) {
+        (true, true) => Some([0.0, 1.0]),
+        (false, false) => None,
+        (true, false) => Some([0.0, first / (first - last)]),
+        (false, true) => Some([first / (first - last), 1.0]),
+    }
+}
+
+/// The sun's light of a layer by its lattice, per irradiance facing the sun: `of_slab` is that of a slab.
+pub fn sunlight<'a>(
+    frame: &'a Frame,
+    seen: LatticeSeen<'a>,
+    map: &'a Map,
+    of_slab: impl Fn(&ViewRay) -> DVec3 + Sync + 'a,
+) -> Sunlight<'a> {
+    Box::new(move |ray| if ray.path_m > 0.0 { relative(frame, &seen, map, ray) * of_slab(ray) } else { of_slab(ray) })
+}
+
+/// Light of the sun along a ray over that of a slab as deep as the ray.
+fn relative(frame: &Frame, seen: &LatticeSeen<'_>, map: &Map, ray: &ViewRay) -> DVec3 {
+    let way = Way::new(frame, seen, map, ray);
+    let (light, sun) = (seen.light, vec3(frame.sun.towards));
+    let extinction = f64::from(frame.medium.extinction_550);
+    let ratio = vec3(frame.medium.extinction) / extinction;
+    let slant = f64::from(frame.sun.slant_cosine);
+    let towards = -ray.seen;
+    let angle = 2.0 * (towards - sun).length().atan2((towards + sun).length());
+    let sun_way = dvec2(sun.x, -sun.y) / (slant * f64::from(frame.place.extent_m));
+    let (kept, albedo, asymmetry) = (vec3(light.kept), vec3(light.albedo), vec3(light.asymmetry));
+    let (density, cell_m) = (f64::from(light.density), f64::from(light.cell_m));
+    let all_m = ray.path_m * ray.cosine;
+    let rows = seen.slabs_size[1] / 3;
+    let node = (all_m * extinction / f64::from(light.reach)).min(1.0).sqrt() * (rows - 1) as f64;
+    let once = |path: f64| {
+        let of = |c: usize| {
+            let path = ratio[c] * path;
+            dressed_at(seen.dressed[c], angle, path * (1.0 + dressed::DETOUR * path)) * ratio[c]
+        };
+        dvec3(of(0), of(1), of(2))
+    };
+    let level = sun.truncate().length();
+    let facing = if level > 1e-6 { towards.truncate().dot(sun.truncate()) / level } else { 0.0 };
+    let count = seen.size[0] * seen.size[1] * seen.size[2];
+    let (mut found, mut slab) = (DVec3::ZERO, DVec3::ZERO);
+    pieces(frame, seen, map, ray, &way, |piece| {
+        let Piece { height_m, before, depth } = piece;
+        let uv = way.uv(height_m / way.rise_m);
+        let middle = before + 0.5 * depth;
+        let passes = |depth: f64| (-kept * ratio * depth).exp();
+        let share = (passes(before) - passes(before + depth)) * albedo;
+        let cubes = around(seen.size, uv, height_m / cell_m + 1.0);
+        let mut more = DVec3::ZERO;
+        for c in 0..3 {
+            let light = |(cube, weight): (usize, f64)| {
+                weight * DVec4::from_array(seen.within[c * count + cube].map(f16::to_f64))
+            };
+            let [mean, x, y, z] = cubes.into_iter().map(light).sum::<DVec4>().to_array();
+            more[c] = (mean - asymmetry[c] * dvec3(x, -y, z).dot(towards)).max(0.0);
+        }
+        let lines = around(seen.lines, uv - sun_way * height_m, height_m / f64::from(light.sun_step_m) + 0.5);
+        let sun_depth = lines.into_iter().map(|(i, weight)| weight * seen.depths[i].to_f64()).sum::<f64>().max(0.0);
+        found += once(middle + sun_depth) * depth + share * more;
+        // The same piece of the slab.
+        let passed_m = middle * ray.cosine / extinction;
+        let left_m = (all_m - passed_m).max(0.0);
+        let (slab_m, above_m) = if ray.from_above { (left_m, passed_m) } else { (passed_m, left_m) };
+        let mut more = DVec3::ZERO;
+        for c in 0..3 {
+            let [mean, along, _, z] = slab_at(seen, slab_m / density / cell_m + 1.0, c * rows, node);
+            more[c] = (mean - asymmetry[c] * (along * facing + z * towards.z)).max(0.0);
+        }
+        slab += once(middle + extinction * above_m / slant) * depth + share * more;
+    });
+    let of = |c: usize| if slab[c] > 1e-12 { (found[c] / slab[c]).min(MOST) } else { 1.0 };
+    dvec3(of(0), of(1), of(2))
+}
+
+/// Light in a slab: at a height, of the colour that begins at a row, by the node of its depth.
+fn slab_at(seen: &LatticeSeen<'_>, height: f64, first: usize, node: f64) -> [f64; 4] {
+    let [columns, _] = seen.slabs_size;
+    let rows = seen.slabs_size[1] / 3;
+    let place = (height - 0.5).clamp(0.0, (columns - 1) as f64);
+    let (x, y) = ((place as usize).min(columns.saturating_sub(2)), (node as usize).min(rows - 2));
+    let (right, down) = (place - x as f64, node - y as f64);
+    let at =
+        |x: usize, y: usize| DVec4::from_array(seen.slabs[x.min(columns - 1) + columns * (first + y)].map(f16::to_f64));
+    at(x, y).lerp(at(x + 1, y), right).lerp(at(x, y + 1).lerp(at(x + 1, y + 1), right), down).to_array()
+}
