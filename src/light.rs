@@ -28,12 +28,15 @@ pub use sunlight::blur;
 
 /// Light of a layer at one moment, as shading needs it.
 pub(crate) struct LayerLight {
-    /// Horizontal irradiance that arrives from below and from above but for the sun; the latter for one who sees it through the
-    /// layer, less what the air within takes, and for one above.
+    /// Horizontal irradiance that arrives from below and from above but for the sun's and, as shading counts that as the sun's, for
+    /// what only layers have scattered; the latter for one who sees it through the layer, less what the air within takes, and for
+    /// one above.
     pub(crate) from_below: Target,
     pub(crate) from_above: [Target; 2],
-    /// The sun's light relative to a slab's under the open sun: seen from below and from above. Fourth channel: what the layers
-    /// above let go on.
+    /// From below with what layers have scattered: for one who sees no layer below this one.
+    pub(crate) all_from_below: Target,
+    /// The sun's light relative to a slab's under the open sun, whatever lies above: seen from below and from above. Fourth channel:
+    /// optical depth of transport of the layers above, on the way to the sun.
     pub(crate) share: [Target; 2],
 }
 
@@ -80,7 +83,8 @@ pub(crate) fn light(gpu: &Gpu, inputs: &LightInputs<'_>, deadline: Option<Instan
     let shares = sunlight::shares(gpu, inputs, &maps, &between.shares, deadline)?;
     let airs = inputs.air.layers;
     let layers = between.layers.iter().zip(shares).zip(airs.into_iter().zip(inputs.air.within));
-    let layers = layers.map(|((layer, share), ([below, above], within))| LayerLight {
+    let layers = layers.map(|(([all, layer], share), ([below, above], within))| LayerLight {
+        all_from_below: upload("all_from_below", &all.from_below, below),
         from_below: upload("from_below", &layer.from_below, below),
         from_above: [above.times(within), above].map(|air| upload("from_above", &layer.from_above, air)),
         share,

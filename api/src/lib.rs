@@ -6,6 +6,7 @@ pub mod access;
 pub mod ambient;
 pub mod app;
 pub mod around;
+mod axes;
 pub mod body;
 pub mod budget;
 pub mod cli;
