@@ -123,7 +123,8 @@ mod tests {
     /// A plane gets the same light whatever the frame is that its normal and the coefficients are told in.
     #[test]
     fn every_frame_tells_the_same_light() {
-        let texels = panorama(32, |[x, y, z]| 3.0 + x - 0.5 * y + 2.0 * z + x * y - 2.0 * y * z + (x + 0.3 * z).max(0.0));
+        let texels =
+            panorama(32, |[x, y, z]| 3.0 + x - 0.5 * y + 2.0 * z + x * y - 2.0 * y * z + (x + 0.3 * z).max(0.0));
         let plain = Ambient::of_panorama(&texels, [64, 32], Axes::Enu);
         for axes in Axes::ALL {
             let told = Ambient::of_panorama(&texels, [64, 32], axes);

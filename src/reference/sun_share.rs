@@ -27,7 +27,8 @@ pub struct Maps<'a> {
 /// Factors for the light seen from below and from above, as without the layers above; fourth channel: their depth.
 pub fn main(frame: &Frame, share: &Share, maps: &Maps<'_>) -> [Map; 2] {
     let side = frame.maps.texels as usize;
-    let place = |x: usize, y: usize| (texel_centre(x, y, [frame.maps.texels; 2]) + vec2(frame.place.above_uv)).to_array();
+    let place =
+        |x: usize, y: usize| (texel_centre(x, y, [frame.maps.texels; 2]) + vec2(frame.place.above_uv)).to_array();
     let lit = |x: usize, y: usize| rgb(maps.above.sample_periodic(place(x, y))).max(DVec3::splat(LEAST_LIT));
     let depth = |x: usize, y: usize| maps.above_beam.sample_periodic(place(x, y))[3];
     let below = Map::from_fn(side, side, |x, y| {

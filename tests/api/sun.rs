@@ -51,7 +51,9 @@ fn a_fixed_sun_has_no_day_and_wrong_parameters_are_named() {
         assert!((direction(0) - 0.5).abs() < 1e-9 && (direction(up) - 0.75_f64.sqrt()).abs() < 1e-9, "{engine}");
         assert_eq!((&engine["zenith_deg"], &engine["irradiance"]), (&sun["zenith_deg"], &sun["irradiance"]));
     }
-    for (query, pointer) in [("size=8", "size"), ("time=-1", "time"), ("axes=maya", "axes"), ("axes=usd&axes=usd", "axes")] {
+    for (query, pointer) in
+        [("size=8", "size"), ("time=-1", "time"), ("axes=maya", "axes"), ("axes=usd&axes=usd", "axes")]
+    {
         let answer = common.server.get(&format!("{sky}/sun.json?{query}"));
         assert_eq!(answer.status, 422, "{query}");
         assert_eq!(answer.json()["errors"][0]["pointer"], pointer, "{query}");
@@ -98,7 +100,8 @@ fn the_ambient_light_is_that_of_the_sky() {
     assert_eq!(ambient["axes"], "enu: x east, y north, z up");
     let engine = common.server.get(&format!("{sky}/ambient.json?eye=0,0,0&axes=godot")).json();
     assert_eq!(engine["axes"], "godot: x east, y up, z south");
-    let [level, turned] = [(&ambient, [1, 2]), (&engine, [2, 1])].map(|(told, order)| order.map(|i| told["radiance"][i][0].as_f64()));
+    let [level, turned] =
+        [(&ambient, [1, 2]), (&engine, [2, 1])].map(|(told, order)| order.map(|i| told["radiance"][i][0].as_f64()));
     assert_eq!((level[0].map(|y| -y), level[1]), (turned[0], turned[1]));
     let answer = common.server.get(&format!("{sky}/ambient.json?size=8"));
     assert_eq!((answer.status, answer.json()["errors"][0]["pointer"].clone()), (422, json!("size")));
