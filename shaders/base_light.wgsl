@@ -31,7 +31,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     }
     let centre = (vec2<f32>(id.xy) + 0.5) / f32(frame.maps.texels);
     // What the layers above let go on.
-    let lit = sample_periodic(above, repeat, centre + frame.place.above_uv, 0u).rgb;
+    let lit = max(sample_periodic(above, repeat, centre + frame.place.above_uv, 0u).rgb, vec3<f32>(LEAST_LIT));
     let at_place = textureLoad(entry, id.xy, 0).x;
     let around = textureLoad(blurred, id.xy, 0).x;
     var entering_sum = 0.0;

@@ -7,15 +7,14 @@
 // Bindings 2 and 3: the cloud's shape, as the view looks at it.
 @group(0) @binding(4) var transmittance: texture_2d<f32>;
 @group(0) @binding(5) var reflectance: texture_2d<f32>;
-@group(0) @binding(6) var phase: texture_2d<f32>;
-@group(0) @binding(7) var from_below: texture_2d<f32>;
-@group(0) @binding(8) var from_above: texture_2d<f32>;
-@group(0) @binding(9) var sun_share: texture_2d<f32>;
-@group(0) @binding(10) var repeat: sampler;
-@group(0) @binding(11) var clamped: sampler;
-@group(0) @binding(12) var<storage, read_write> output: array<f32>;
-@group(0) @binding(13) var behind: texture_2d<f32>; // even light beyond all layers that are drawn
-@group(0) @binding(14) var<storage, read_write> held: array<vec2<f32>>; // by the layers before: see Shaded
+@group(0) @binding(6) var from_below: texture_2d<f32>;
+@group(0) @binding(7) var from_above: texture_2d<f32>;
+@group(0) @binding(8) var sun_share: texture_2d<f32>;
+@group(0) @binding(9) var repeat: sampler;
+@group(0) @binding(10) var clamped: sampler;
+@group(0) @binding(11) var<storage, read_write> output: array<f32>;
+@group(0) @binding(12) var behind: texture_2d<f32>; // even light beyond all layers that are drawn
+@group(0) @binding(13) var<storage, read_write> held: array<vec3<f32>>; // by what lies before: see left_of
 @group(0) @binding(METHOD_BINDING) var veil: texture_2d<f32>;
 
 // What comes after these.
@@ -36,7 +35,7 @@ fn veil_row(row: f32, coordinate: f32) -> vec3<f32> {
 }
 
 // Scattered sunlight, per irradiance facing the sun.
-fn sunlight(ray: ViewRay, through: vec3<f32>) -> vec3<f32> {
+fn sunlight(ray: ViewRay) -> vec3<f32> {
     let coordinate = slab_depth_coordinate(ray.depth);
     let thin = slab_thin_share(ray.depth);
     if ray.from_above {

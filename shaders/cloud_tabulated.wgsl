@@ -8,19 +8,19 @@
 // Bindings 2 and 3: the cloud's shape, as the view looks at it.
 @group(0) @binding(4) var transmittance: texture_2d<f32>;
 @group(0) @binding(5) var reflectance: texture_2d<f32>;
-@group(0) @binding(6) var phase: texture_2d<f32>;
-@group(0) @binding(7) var from_below: texture_2d<f32>;
-@group(0) @binding(8) var from_above: texture_2d<f32>;
-@group(0) @binding(9) var sun_share: texture_2d<f32>;
-@group(0) @binding(10) var repeat: sampler;
-@group(0) @binding(11) var clamped: sampler;
-@group(0) @binding(12) var<storage, read_write> output: array<f32>;
-@group(0) @binding(13) var behind: texture_2d<f32>; // even light beyond all layers that are drawn
-@group(0) @binding(14) var<storage, read_write> held: array<vec2<f32>>; // by the layers before: see Shaded
+@group(0) @binding(6) var from_below: texture_2d<f32>;
+@group(0) @binding(7) var from_above: texture_2d<f32>;
+@group(0) @binding(8) var sun_share: texture_2d<f32>;
+@group(0) @binding(9) var repeat: sampler;
+@group(0) @binding(10) var clamped: sampler;
+@group(0) @binding(11) var<storage, read_write> output: array<f32>;
+@group(0) @binding(12) var behind: texture_2d<f32>; // even light beyond all layers that are drawn
+@group(0) @binding(13) var<storage, read_write> held: array<vec3<f32>>; // by what lies before: see left_of
 @group(0) @binding(METHOD_BINDING) var slice: texture_3d<f32>;
 @group(0) @binding(METHOD_BINDING + 1) var near_sun: texture_2d<f32>;
 @group(0) @binding(METHOD_BINDING + 2) var linear: sampler;
 @group(0) @binding(METHOD_BINDING + 3) var<uniform> remainder: Remainder;
+@group(0) @binding(METHOD_BINDING + 4) var phase: texture_2d<f32>;
 
 // What comes after these.
 const METHOD_NEXT: u32 = METHOD_BINDING + 4u;
@@ -71,7 +71,7 @@ fn slice_root(ray: ViewRay) -> vec3<f32> {
 }
 
 // Scattered sunlight, per irradiance facing the sun.
-fn sunlight(ray: ViewRay, through: vec3<f32>) -> vec3<f32> {
+fn sunlight(ray: ViewRay) -> vec3<f32> {
     // Photons travel along -sun and leave along seen: the angle between the two is that of scattering.
     let half_sin = min(0.5 * length(ray.seen + frame.sun.towards), 1.0);
     let half_cos = min(0.5 * length(ray.seen - frame.sun.towards), 1.0);

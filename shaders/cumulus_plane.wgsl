@@ -1,7 +1,7 @@
 // A cumulus layer on a plane over the domain: the texture cloud.
 @group(0) @binding(CUMULUS_NEXT) var<uniform> view: View;
 @group(0) @binding(CUMULUS_NEXT + 1u) var<storage, read_write> output: array<f32>;
-@group(0) @binding(CUMULUS_NEXT + 2u) var<storage, read_write> held: array<vec2<f32>>;
+@group(0) @binding(CUMULUS_NEXT + 2u) var<storage, read_write> held: array<vec3<f32>>;
 
 // Of a texel's width, what of it a surface is drawn over.
 const PLANE_SOFT: f32 = 0.7;
@@ -39,6 +39,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     output[at + 2u] = light.b;
     output[at + 3u] = before.a + left * alpha;
     if view.together == 1u {
-        held[texel] = 1.0 - (1.0 - held[texel]) * (1.0 - alpha);
+        let held_before = held[texel];
+        held[texel] = vec3<f32>(1.0 - (1.0 - held_before.xy) * (1.0 - alpha), held_before.z);
     }
 }

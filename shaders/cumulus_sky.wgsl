@@ -4,7 +4,7 @@
 @group(0) @binding(CUMULUS_NEXT + 2u) var clamped: sampler;
 @group(0) @binding(CUMULUS_NEXT + 3u) var<storage, read> tiles: array<u32>;
 @group(0) @binding(CUMULUS_NEXT + 4u) var<storage, read_write> output: array<f32>;
-@group(0) @binding(CUMULUS_NEXT + 5u) var<storage, read_write> held: array<vec2<f32>>;
+@group(0) @binding(CUMULUS_NEXT + 5u) var<storage, read_write> held: array<vec3<f32>>;
 
 // Nothing behind is seen through more than this.
 const SKY_OPAQUE: f32 = 0.9998;
@@ -60,6 +60,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     output[at + 2u] = light.b;
     output[at + 3u] = before.a + left * alpha;
     if view.together == 1u {
-        held[texel] = 1.0 - (1.0 - held[texel]) * (1.0 - alpha);
+        let held_before = held[texel];
+        held[texel] = vec3<f32>(1.0 - (1.0 - held_before.xy) * (1.0 - alpha), held_before.z);
     }
 }

@@ -33,7 +33,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     }
     let centre = (vec2<f32>(id.xy) + 0.5) / f32(frame.maps.texels);
     // What the layers above let go on.
-    let lit = sample_periodic(above, repeat, centre + frame.place.above_uv, 0u).rgb;
+    let lit = max(sample_periodic(above, repeat, centre + frame.place.above_uv, 0u).rgb, vec3<f32>(LEAST_LIT));
     var entering = 0.0;
     var beam = vec3<f32>(0.0);
     var scattered = vec3<f32>(0.0);

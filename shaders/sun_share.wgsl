@@ -1,6 +1,6 @@
 // How much of the sun the cloud of each texel gets, relative to a slab of its thickness under the open sun: factors for
 // the light seen from below (what really comes through, against the column's own transmittance) and from above (what
-// enters around it). Fourth channel: what the layers above let go on as the sun's light.
+// enters around it). The layers above are left out of them: the fourth channel is their optical depth of transport.
 @group(0) @binding(0) var<uniform> frame: Frame;
 @group(0) @binding(1) var<uniform> share: Share;
 @group(0) @binding(2) var beam: texture_2d<f32>;
@@ -9,9 +9,10 @@
 @group(0) @binding(5) var column: texture_2d<f32>;
 @group(0) @binding(6) var reflected: texture_2d<f32>;
 @group(0) @binding(7) var above: texture_2d<f32>;
-@group(0) @binding(8) var repeat: sampler;
-@group(0) @binding(9) var below_out: texture_storage_2d<rgba32float, write>;
-@group(0) @binding(10) var above_out: texture_storage_2d<rgba32float, write>;
+@group(0) @binding(8) var above_beam: texture_2d<f32>;
+@group(0) @binding(9) var repeat: sampler;
+@group(0) @binding(10) var below_out: texture_storage_2d<rgba32float, write>;
+@group(0) @binding(11) var above_out: texture_storage_2d<rgba32float, write>;
 
 @compute @workgroup_size(16, 16)
 fn main(@builtin(global_invocation_id) id: vec3<u32>) {
@@ -19,12 +20,14 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         return;
     }
     let centre = (vec2<f32>(id.xy) + 0.5) / f32(frame.maps.texels);
-    let lit = sample_periodic(above, repeat, centre + frame.place.above_uv, 0u).rgb;
+    let place = centre + frame.place.above_uv;
+    let lit = max(sample_periodic(above, repeat, place, 0u).rgb, vec3<f32>(LEAST_LIT));
+    let depth = sample_periodic(above_beam, repeat, place, 0u).w;
     let diffuse = mix(textureLoad(tilted, id.xy, 0).rgb, share.entry_scale * textureLoad(entered, id.xy, 0).rgb,
         share.entry_weight);
     let through = textureLoad(beam, id.xy, 0).rgb + diffuse;
     let own = max(textureLoad(column, id.xy, 0).rgb, vec3<f32>(1e-9));
-    textureStore(below_out, id.xy, vec4<f32>(share.in_air * through / own, lit.g));
+    textureStore(below_out, id.xy, vec4<f32>(share.in_air * through / (own * lit), depth));
     let entering = textureLoad(reflected, id.xy, 0).w;
-    textureStore(above_out, id.xy, vec4<f32>(lit * entering * share.reflect_scale, lit.g));
+    textureStore(above_out, id.xy, vec4<f32>(entering * share.reflect_scale, depth));
 }

@@ -2,9 +2,10 @@
 //!
 //! Order: (l, m) = (0,0), (1,-1), (1,0), (1,1), (2,-2), (2,-1), (2,0), (2,1), (2,2), of the functions of R. Ramamoorthi and P.
 //! Hanrahan ("An efficient representation for irradiance environment maps", 2001), orthonormal on the sphere, without the
-//! sign (-1)^m, for x east, y north, z up: 0.282095; 0.488603 (y, z, x); 1.092548 (xy, yz), 0.315392 (3 z² - 1), 1.092548 xz,
+//! sign (-1)^m, for x, y, z of a frame of [`crate::axes`]: 0.282095; 0.488603 (y, z, x); 1.092548 (xy, yz), 0.315392 (3 z² - 1), 1.092548 xz,
 //! 0.546274 (x² - y²).
 
+use crate::axes::Axes;
 use std::f64::consts::PI;
 
 /// Light from all directions.
@@ -16,7 +17,7 @@ pub struct Ambient {
     pub irradiance: [[f64; 3]; 9],
 }
 
-/// The nine functions in a direction: east, north, up.
+/// The nine functions in a direction: x, y, z of the frame that their coefficients are told in.
 pub fn basis([x, y, z]: [f64; 3]) -> [f64; 9] {
     [
         0.282_094_791_8,
@@ -32,8 +33,9 @@ pub fn basis([x, y, z]: [f64; 3]) -> [f64; 9] {
 }
 
 impl Ambient {
-    /// Projects a panorama of the projection `equirect`: rows of red, green, blue, twice as wide as high.
-    pub fn of_panorama(texels: &[f32], [width, height]: [u32; 2]) -> Self {
+    /// Projects a panorama of the projection `equirect` whose left edge is north: rows of red, green, blue, twice as wide as high.
+    /// The coefficients are those of the functions of x, y, z in `axes`.
+    pub fn of_panorama(texels: &[f32], [width, height]: [u32; 2], axes: Axes) -> Self {
         let mut radiance = [[0.0; 3]; 9];
         // Sine of the elevation of a row's edge.
         let edge = |row: u32| (PI * (0.5 - f64::from(row) / f64::from(height))).sin();
@@ -45,7 +47,7 @@ impl Ambient {
             let up = 0.5 * (high + low);
             let level = (1.0 - up * up).max(0.0).sqrt();
             let (east, north) = (2.0 * PI * (f64::from(column) + 0.5) / f64::from(width)).sin_cos();
-            for (sum, value) in radiance.iter_mut().zip(basis([level * east, level * north, up])) {
+            for (sum, value) in radiance.iter_mut().zip(basis(axes.of([level * east, level * north, up]))) {
                 for (sum, light) in sum.iter_mut().zip(texel) {
                     *sum += solid_angle * value * f64::from(*light);
                 }
@@ -57,7 +59,7 @@ impl Ambient {
         Self { radiance, irradiance }
     }
 
-    /// Irradiance of a plane by its normal (unit vector: east, north, up).
+    /// Irradiance of a plane by its normal (unit vector in the frame of the coefficients).
     pub fn irradiance_at(&self, normal: [f64; 3]) -> [f64; 3] {
         let basis = basis(normal);
         std::array::from_fn(|c| self.irradiance.iter().zip(basis).map(|(of, value)| of[c] * value).sum())
@@ -84,8 +86,8 @@ mod tests {
     /// Light of degrees 0 to 2 is exact but for the texels' size: an even sky gives pi, one that grows with height 2 pi / 3.
     #[test]
     fn smooth_skies_have_their_closed_forms() {
-        let even = Ambient::of_panorama(&panorama(64, |_| 1.0), [128, 64]);
-        let slope = Ambient::of_panorama(&panorama(64, |[_, _, z]| 1.0 + z), [128, 64]);
+        let even = Ambient::of_panorama(&panorama(64, |_| 1.0), [128, 64], Axes::Enu);
+        let slope = Ambient::of_panorama(&panorama(64, |[_, _, z]| 1.0 + z), [128, 64], Axes::Enu);
         for normal in NORMALS {
             assert!((even.irradiance_at(normal)[0] - PI).abs() < 1e-3 * PI);
             let wanted = PI + 2.0 * PI / 3.0 * normal[2];
@@ -102,7 +104,7 @@ mod tests {
         };
         let (height, width) = (96_u32, 192_u32);
         let texels = panorama(height, glow);
-        let ambient = Ambient::of_panorama(&texels, [width, height]);
+        let ambient = Ambient::of_panorama(&texels, [width, height], Axes::Enu);
         for normal in NORMALS {
             let mut wanted = 0.0;
             for (i, texel) in (0_u32..).zip(texels.chunks(3)) {
@@ -115,6 +117,22 @@ mod tests {
             }
             let found = ambient.irradiance_at(normal)[0];
             assert!((found - wanted).abs() < 0.09 * 4.0, "{normal:?}: {found}, not {wanted}");
+        }
+    }
+
+    /// A plane gets the same light whatever the frame is that its normal and the coefficients are told in.
+    #[test]
+    fn every_frame_tells_the_same_light() {
+        let texels =
+            panorama(32, |[x, y, z]| 3.0 + x - 0.5 * y + 2.0 * z + x * y - 2.0 * y * z + (x + 0.3 * z).max(0.0));
+        let plain = Ambient::of_panorama(&texels, [64, 32], Axes::Enu);
+        for axes in Axes::ALL {
+            let told = Ambient::of_panorama(&texels, [64, 32], axes);
+            for normal in NORMALS {
+                let (found, wanted) = (told.irradiance_at(axes.of(normal))[2], plain.irradiance_at(normal)[2]);
+                assert!((found / wanted - 1.0).abs() < 1e-12, "{axes:?}, {normal:?}: {found}, not {wanted}");
+            }
+            assert_eq!(told == plain, matches!(axes, Axes::Enu | Axes::Blender), "{axes:?}");
         }
     }
 }

@@ -69,6 +69,11 @@ impl Axes {
         self.convention().name
     }
 
+    /// The frame of a name.
+    pub fn named(name: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|axes| axes.name() == name)
+    }
+
     /// A vector (east, north, up) in this frame.
     pub fn of(self, vector: [f64; 3]) -> [f64; 3] {
         // Without negative zeros.

@@ -30,12 +30,15 @@ pub use sunlight::blur;
 
 /// Light of a layer at one moment, as shading needs it.
 pub(crate) struct LayerLight {
-    /// Horizontal irradiance that arrives from below and from above but for the sun; the latter for one who sees it through the
-    /// layer, less what the air within takes, and for one above.
+    /// Horizontal irradiance that arrives from below and from above but for the sun's and, as shading counts that as the sun's, for
+    /// what only layers have scattered; the latter for one who sees it through the layer, less what the air within takes, and for
+    /// one above.
     pub(crate) from_below: Target,
     pub(crate) from_above: [Target; 2],
-    /// The sun's light relative to a slab's under the open sun: seen from below and from above. Fourth channel: what the layers
-    /// above let go on.
+    /// From below with what layers have scattered: for one who sees no layer below this one.
+    pub(crate) all_from_below: Target,
+    /// The sun's light relative to a slab's under the open sun, whatever lies above: seen from below and from above. Fourth channel:
+    /// optical depth of transport of the layers above, on the way to the sun.
     pub(crate) share: [Target; 2],
     /// What its lattice has for view rays, where it has one.
     pub(crate) lattice: Option<LatticeSeen>,
@@ -89,7 +92,8 @@ pub(crate) fn light(gpu: &Gpu, inputs: &LightInputs<'_>, deadline: Option<Instan
         .iter()
         .zip(&between.shares)
         .map(|(layer, share)| layer.lattice.clone().map(|lattice| LatticeSeen::new(gpu, lattice, share.in_air)));
-    let layers = layers.zip(seen).map(|(((layer, share), ([below, above], within)), lattice)| LayerLight {
+    let layers = layers.zip(seen).map(|((([all, layer], share), ([below, above], within)), lattice)| LayerLight {
+        all_from_below: upload("all_from_below", &all.from_below, below),
         from_below: upload("from_below", &layer.from_below, below),
         from_above: [above.times(within), above].map(|air| upload("from_above", &layer.from_above, air)),
         share,

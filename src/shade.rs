@@ -65,7 +65,7 @@ pub(crate) fn band(
             let drawn = each(gpu, inputs, view, over, |layer, bound| {
                 let (tables, method) = (layer.tables?, layer.method?);
                 let shape = binds![&layer.field.thickness, &layer.field.bounds];
-                let drawn_on = DrawnOn { texels: &output, behind: last?.beyond(from_above), held: &held };
+                let drawn_on = DrawnOn { texels: &output, behind: last?.beyond(from_above), held: &held, first: false };
                 let mut binds = cloud_binds(gpu, layer, bound, shape, from_above, &drawn_on)?;
                 binds.extend(method.binds(gpu, tables, from_above));
                 let Some(lattice) = layer.light.and_then(|light| light.lattice.as_ref()) else {

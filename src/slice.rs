@@ -7,7 +7,6 @@ use crate::optics::{Channel, Mix};
 use crate::slab::appendix;
 use crate::slab::closure::{Closure, LowOrders, Totals};
 use crate::slab::fluxes::{DEPTH_COUNT, DEPTHS_PER_OCTAVE, FluxTable, MU_COUNT, root_mu};
-use crate::slab::forward::forward_albedo_seen;
 use crate::slab::phases::{AUREOLE_COLUMNS, AUREOLE_ROWS, PEAK_DEG, PHASE_COLUMNS, PhaseTables, phase_angle};
 use crate::slab::radiance::{Scaling, Side, Slice, TableSize, aureole};
 use crate::slab::veil::Veil;
@@ -34,8 +33,7 @@ pub struct HostTables {
     /// Light from a whole hemisphere: columns of optical depth; row 0 transmitted, row 1 not reflected.
     pub diffuse: HostMap,
     /// Columns of scattering angle, [`PHASE_ROWS`] rows per steradian: scattered once and twice by the medium without its
-    /// forward peak; the whole phase function. Fourth channel of the last row: part of extinction at 550 nm after which light
-    /// still counts as the sun's for a view at that angle from it.
+    /// forward peak; the whole phase function.
     pub phase: HostMap,
     /// Light that met the forward peak alone: columns of scattering angle, rows of optical path.
     pub aureole: HostMap,
@@ -56,16 +54,11 @@ fn interleave(width: usize, height: usize, value: impl Fn(usize, usize, usize) -
 
 /// The table of phase functions.
 fn phase(tables: &MixTables) -> HostMap {
-    let mut map = interleave(PHASE_COLUMNS, PHASE_ROWS, |x, y, c| match y {
+    interleave(PHASE_COLUMNS, PHASE_ROWS, |x, y, c| match y {
         0 => tables.phases[c].once[x],
         1 => tables.phases[c].twice[x],
         _ => tables.channels[c].phase.value(phase_angle(x)) / (4.0 * PI),
-    });
-    let last = map.data.iter_mut().skip(4 * PHASE_COLUMNS * (PHASE_ROWS - 1) + 3).step_by(4);
-    for (x, value) in last.enumerate() {
-        *value = forward_albedo_seen(&tables.channels[1], phase_angle(x).to_degrees()) as f32;
-    }
-    map
+    })
 }
 
 impl HostTables {

@@ -287,21 +287,32 @@ fn passes_over_columns_are_their_twins() {
             let map = host(&stages.thickness);
             let bounds = flat(&reference::field_bounds::columns(&map), 2);
             assert_eq!(stages.bounds.data.iter().map(|value| f64::from(*value)).collect::<Vec<f64>>(), bounds);
-            let [transmittance, reflectance, phase, entry, entering, above, beam, tilted, entered, reflected, column] =
-                [
-                    &tables.transmittance,
-                    &tables.reflectance,
-                    &tables.phase,
-                    &stages.entry,
-                    &stages.entering,
-                    &stages.above,
-                    &stages.beam,
-                    &stages.tilted,
-                    &stages.entered,
-                    &stages.reflected,
-                    &stages.column,
-                ]
-                .map(host);
+            let [
+                transmittance,
+                reflectance,
+                entry,
+                entering,
+                above,
+                above_beam,
+                beam,
+                tilted,
+                entered,
+                reflected,
+                column,
+            ] = [
+                &tables.transmittance,
+                &tables.reflectance,
+                &stages.entry,
+                &stages.entering,
+                &stages.above,
+                &stages.above_beam,
+                &stages.beam,
+                &stages.tilted,
+                &stages.entered,
+                &stages.reflected,
+                &stages.column,
+            ]
+            .map(host);
             let twin = reference::sun_entry::main(frame, &map);
             assert!(off(&stages.entry.data, &flat(&twin, 1)) < close, "entry");
             let maps = reference::base_light::Maps {
@@ -329,6 +340,7 @@ fn passes_over_columns_are_their_twins() {
                 column: &column,
                 reflected: &reflected,
                 above: &above,
+                above_beam: &above_beam,
             };
             let twin = reference::sun_share::main(frame, &stages.share, &maps);
             for (device, twin) in stages.shares.iter().zip(&twin) {
@@ -345,7 +357,6 @@ fn passes_over_columns_are_their_twins() {
                 from_above: &from_above,
                 sun_share: &share,
                 behind: &from_above,
-                phase: &phase,
             };
             let sunlight = reference::cloud::sunlight(frame, tables, stages.slab.as_ref().unwrap());
             let twin = reference::cloud_plane::main(frame, &stages.view, &map, &maps, sunlight);

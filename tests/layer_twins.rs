@@ -33,7 +33,7 @@ fn layers(sky: &Sky, texture: &str, query: &[(&str, &str)]) -> Vec<Stages> {
 /// Maps of a layer as its twin reads them.
 struct Maps {
     thickness: Map,
-    tables: [Map; 3],
+    tables: [Map; 2],
     light: [Map; 2],
     shares: [Map; 2],
 }
@@ -45,14 +45,14 @@ impl Maps {
         let light = [&stages.light.from_below, &stages.light.from_above];
         Self {
             thickness: map(&stages.thickness),
-            tables: [&tables.transmittance, &tables.reflectance, &tables.phase].map(map),
+            tables: [&tables.transmittance, &tables.reflectance].map(map),
             light: light.map(|light| Map::from_f32(side, side, 3, light.as_flattened())),
             shares: stages.shares.each_ref().map(map),
         }
     }
 
     fn read<'a>(&'a self, from_above: bool, behind: &'a Map) -> reference::cloud::Maps<'a> {
-        let [transmittance, reflectance, phase] = &self.tables;
+        let [transmittance, reflectance] = &self.tables;
         let [from_below, from_above_light] = &self.light;
         let sun_share = &self.shares[usize::from(from_above)];
         reference::cloud::Maps {
@@ -62,7 +62,6 @@ impl Maps {
             from_above: from_above_light,
             sun_share,
             behind,
-            phase,
         }
     }
 
@@ -144,7 +143,7 @@ fn sunlight_from_layer_to_layer() {
             let read = Maps::new(&stages);
             let [above, above_beam, entry, entering] =
                 [&stages.above, &stages.above_beam, &stages.entry, &stages.entering].map(map);
-            let [transmittance, reflectance, _] = &read.tables;
+            let [transmittance, reflectance] = &read.tables;
             let twin = |by_m: f64| {
                 let thickness = lifted(&read.thickness, by_m);
                 let maps = reference::base_light::Maps {

@@ -145,7 +145,7 @@ fn check_ground(sky: &SkyStages) {
 fn check_clouds(stages: &Stages, sky: &SkyStages, given: &Given) {
     let tables = &stages.tables;
     let slab = stages.slab.as_ref().unwrap();
-    let [transmittance, reflectance, phase] = [&tables.transmittance, &tables.reflectance, &tables.phase].map(map);
+    let [transmittance, reflectance] = [&tables.transmittance, &tables.reflectance].map(map);
     let side = stages.light.from_below.len().isqrt();
     let light_map = |light: &[[f32; 3]]| Map::from_f32(side, side, 3, light.as_flattened());
     let (from_below, from_above) = (light_map(&stages.light.from_below), light_map(&stages.light.from_above));
@@ -161,7 +161,6 @@ fn check_clouds(stages: &Stages, sky: &SkyStages, given: &Given) {
                 from_above: &from_above,
                 sun_share: &shares[usize::from(view.rising == 0)],
                 behind: &from_above,
-                phase: &phase,
             };
             let sunlight = reference::cloud::sunlight(&given.frame, tables, slab);
             let view = (given.turned)(*view);

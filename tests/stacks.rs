@@ -73,21 +73,21 @@ struct Case {
 }
 
 /// Flux and radiance of the three stacks of an independent solver (tests/data/layers/README.md), over black and white ground, at
-/// suns of 30 and 80 degrees. A slab that is cut in two has the flux of the whole within 1 %, radiance from below within 11 %.
+/// suns of 30 and 80 degrees: flux within 1 %, radiance within 1 to 2.5 % rms.
 #[test]
 fn stacks_are_those_of_an_independent_solver() {
     let mut sky = Sky::open();
     let cases = [
-        Case { name: "thin .7+.7", layers: vec![(droplets(7.0), 0.7); 2], radiance: [0.12, 0.10] },
+        Case { name: "thin .7+.7", layers: vec![(droplets(7.0), 0.7); 2], radiance: [0.02, 0.02] },
         Case {
             name: "thin 0.5 over 8",
             layers: vec![(droplets(7.0), 0.5), (droplets(7.0), 8.0)],
-            radiance: [0.08, 0.06],
+            radiance: [0.01, 0.01],
         },
         Case {
             name: "re12 3 over HG.80 8",
             layers: vec![(droplets(12.0), 3.0), (henyey_greenstein(0.8), 8.0)],
-            radiance: [0.08, 0.06],
+            radiance: [0.025, 0.01],
         },
     ];
     let rows: Vec<Vec<&str>> =
@@ -128,8 +128,8 @@ fn stacks_are_those_of_an_independent_solver() {
     assert_eq!(compared, 288);
 }
 
-/// A slab cut in parts is the whole, which is exact: flux within 2 %, radiance within 15 % rms from below and 12 % from above,
-/// further than 12 degrees from the sun, for suns to 80 degrees.
+/// A slab cut in parts is the whole, which is exact: flux within 1 %, radiance within 2 % rms, further than 12 degrees from the sun
+/// and close to it, for suns to 80 degrees.
 #[test]
 fn cut_slabs_look_like_the_whole() {
     let mut sky = Sky::open();
@@ -148,23 +148,74 @@ fn cut_slabs_look_like_the_whole() {
             for zenith in [5.0, 30.0, 50.0, 70.0] {
                 for azimuth in [0.0, 40.0, 90.0, 140.0, 180.0] {
                     for (side, view) in ["below", "above"].into_iter().enumerate() {
-                        if side == 1 || from_sun_deg(sun, zenith, azimuth) > AWAY_FROM_SUN_DEG {
-                            let [found, exact] =
-                                [&cut, &whole].map(|scene| seen(&mut sky, scene, view, zenith, azimuth)[0]);
-                            errors[side].push(found / exact - 1.0);
-                        }
+                        let [found, exact] =
+                            [&cut, &whole].map(|scene| seen(&mut sky, scene, view, zenith, azimuth)[0]);
+                        errors[side].push(found / exact - 1.0);
                     }
                 }
             }
             let errors = errors.each_ref().map(|errors| rms(errors));
             eprintln!("depth {depth} in {parts:?}, sun {sun}: flux {flux:+.4}, radiance {errors:.3?}");
-            assert!(flux.abs() < 0.02, "depth {depth} in {parts:?}, sun {sun}: {flux}");
-            assert!(errors[0] < 0.15 && errors[1] < 0.12, "depth {depth} in {parts:?}, sun {sun}: {errors:?}");
+            assert!(flux.abs() < 0.01, "depth {depth} in {parts:?}, sun {sun}: {flux}");
+            assert!(errors[0] < 0.02 && errors[1] < 0.02, "depth {depth} in {parts:?}, sun {sun}: {errors:?}");
             fluxes.push(flux);
             radiances.iter_mut().zip(errors).for_each(|(all, error)| all.push(error));
         }
     }
     eprintln!("rms of fluxes {:.4}, of radiance {:.3?}", rms(&fluxes), radiances.each_ref().map(|all| rms(all)));
+}
+
+/// Two layers of unlike droplets (tests/data/layers/README.md), of an asymmetry of 0.7 to 0.85 over each other: rms of the radiance at a
+/// sun, from below and from above.
+#[test]
+fn unlike_droplets_over_each_other_are_those_of_another_program() {
+    let mut sky = Sky::open();
+    let rows = include_str!("data/layers/unlike.csv").lines().skip(2);
+    let rows: Vec<Vec<f64>> =
+        rows.map(|line| line.split(',').map(|number| number.parse().unwrap()).collect()).collect();
+    let mut worst = [0.0_f64; 2];
+    for case in rows.chunk_by(|a, b| a[..5] == b[..5]) {
+        let [upper, upper_depth, lower, lower_depth, sun] = case[0][..5] else { panic!("columns") };
+        let layers = [(henyey_greenstein(upper), upper_depth), (henyey_greenstein(lower), lower_depth)];
+        let scene = scene(&layers, sun, 0.0);
+        let mut errors = [Vec::new(), Vec::new()];
+        for row in case {
+            let [zenith, azimuth, up, down] = row[5..] else { panic!("columns") };
+            errors[1].push(seen(&mut sky, &scene, "above", zenith, azimuth)[0] / up - 1.0);
+            if from_sun_deg(sun, zenith, azimuth) > AWAY_FROM_SUN_DEG {
+                errors[0].push(seen(&mut sky, &scene, "below", zenith, azimuth)[0] / down - 1.0);
+            }
+        }
+        let errors = errors.each_ref().map(|errors| rms(errors));
+        eprintln!("{upper_depth} of {upper} over {lower_depth} of {lower}, sun {sun}: {errors:.3?}");
+        for (worst, error) in worst.iter_mut().zip(errors) {
+            *worst = worst.max(error);
+        }
+        assert!(
+            errors.iter().all(|error| *error < 0.06),
+            "{upper_depth} of {upper} over {lower_depth} of {lower}, sun {sun}"
+        );
+    }
+    assert!(worst[0] > 0.0, "nothing was compared");
+}
+
+/// Layers that are composited one by one by alpha show of the sun's light what they show together: of equal droplets the whole slab.
+#[test]
+fn sunlit_layers_may_be_composited_one_by_one() {
+    let mut sky = Sky::open();
+    let layers = [(henyey_greenstein(0.85), 0.8), (henyey_greenstein(0.85), 1.4)];
+    let scene = scene(&layers, 55.0, 0.0);
+    for (zenith, azimuth) in [(0.0, 0.0), (35.0, 80.0), (60.0, 170.0)] {
+        let whole = seen(&mut sky, &scene, "below", zenith, azimuth);
+        let direction = format!("{zenith},{}", (20.0 + azimuth) % 360.0);
+        let [lower, upper] = ["0", "1"].map(|layer| {
+            let query = [("view", "below"), ("direction", &*direction), ("layer", layer)];
+            let texel = sky.render(&scene, "cloud", &query).data;
+            [f64::from(texel[1]), f64::from(texel[3])]
+        });
+        let composited = lower[0] + (1.0 - lower[1]) * upper[0];
+        assert!((composited / whole[0] - 1.0).abs() < 1e-3, "{zenith}, {azimuth}: {composited}, not {}", whole[0]);
+    }
 }
 
 /// Even light that comes through several layers towards a viewer is, by reciprocity, that part of a sun's light from there which

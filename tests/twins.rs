@@ -169,11 +169,12 @@ fn check_entry(stages: &Stages, thickness: &Map, higher: &Map) {
 /// Light of the layer's maps: every pass is fed with what the device itself had.
 fn check_sunlight(stages: &Stages) {
     let (frame, tables) = (&stages.frame, &stages.tables);
-    let [thickness, own_entry, entering, above, transmittance, reflectance, diffuse] = [
+    let [thickness, own_entry, entering, above, above_beam, transmittance, reflectance, diffuse] = [
         &stages.thickness,
         &stages.entry,
         &stages.entering,
         &stages.above,
+        &stages.above_beam,
         &tables.transmittance,
         &tables.reflectance,
         &tables.diffuse,
@@ -245,6 +246,7 @@ fn check_sunlight(stages: &Stages) {
         column: &column,
         reflected: &reflected,
         above: &above,
+        above_beam: &above_beam,
     };
     let twin = reference::sun_share::main(frame, &stages.share, &maps);
     // A few sums and products of positive terms, a ratio.
@@ -315,8 +317,8 @@ fn check_irradiance(stages: &Stages) {
 fn check_cloud(stages: &Stages) {
     let (frame, tables) = (&stages.frame, &stages.tables);
     let slab = stages.slab.as_ref().unwrap();
-    let [thickness, transmittance, reflectance, phase] =
-        [&stages.thickness, &tables.transmittance, &tables.reflectance, &tables.phase].map(map);
+    let [thickness, transmittance, reflectance] =
+        [&stages.thickness, &tables.transmittance, &tables.reflectance].map(map);
     let side = stages.light.from_below.len().isqrt();
     let light_map = |light: &[[f32; 3]]| Map::from_f32(side, side, 3, light.as_flattened());
     let (from_below, from_above) = (light_map(&stages.light.from_below), light_map(&stages.light.from_above));
@@ -329,7 +331,6 @@ fn check_cloud(stages: &Stages) {
             from_above: &from_above,
             sun_share: &sun_share,
             behind: &from_above,
-            phase: &phase,
         };
         let sunlight = reference::cloud::sunlight(frame, tables, slab);
         reference::cloud_plane::main(frame, &stages.view, thickness, &maps, sunlight)

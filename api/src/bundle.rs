@@ -14,6 +14,7 @@ use axum::extract::{Request as HttpRequest, State};
 use axum::http::header;
 use axum::response::{IntoResponse as _, Response};
 use serde_json::{Map, Value, json};
+use skyloom::axes::Axes;
 use skyloom::encode::{Format, to_multi_part};
 use skyloom::request::Request;
 use skyloom::scene::Scene;
@@ -58,7 +59,7 @@ pub async fn post(State(app): State<Arc<App>>, client: Client, request: HttpRequ
     }
     let (media_type, pieces) = match wanted.kind {
         Kind::Zip => {
-            let sun = sun::at(&app, scene, wanted.time_s, &client).await.map_err(of_scene)?;
+            let sun = sun::at(&app, scene, (wanted.time_s, Axes::Enu), &client).await.map_err(of_scene)?;
             ("application/zip", archive(&wanted, &id, &made, sun)?)
         }
         Kind::Exr => (Format::Exr.media_type(), VecDeque::from([one_file(made).await?])),

@@ -7,6 +7,7 @@ pub mod ambient;
 pub mod app;
 pub mod archive;
 pub mod around;
+mod axes;
 pub mod body;
 pub mod bounded;
 pub mod budget;

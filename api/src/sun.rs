@@ -3,12 +3,13 @@
 use crate::app::{App, blocking};
 use crate::client::Client;
 use crate::problem::{ApiError, field_problems};
-use crate::{table_work, textures};
+use crate::{axes, table_work, textures};
 use axum::Json;
 use axum::extract::{Path, Query, State};
 use axum::http::header;
 use axum::response::{IntoResponse as _, Response};
 use serde_json::{Value, json};
+use skyloom::axes::Axes;
 use skyloom::illumination::Illumination;
 use skyloom::request::{Format, RequestError, TextureKind};
 use skyloom::sun::{SolarDay, SunError, SunPosition};
@@ -19,12 +20,13 @@ use std::sync::Arc;
 pub async fn get(
     State(app): State<Arc<App>>,
     Path(id): Path<String>,
-    Query(query): Query<Vec<(String, String)>>,
+    Query(mut query): Query<Vec<(String, String)>>,
     client: Client,
 ) -> Result<Response, ApiError> {
     let scene = app.sky(&id).await?;
+    let axes = axes::taken_from(&mut query)?;
     if let Some((name, _)) = query.iter().find(|(name, _)| name != "time") {
-        let detail = "unknown parameter; there is time".to_owned();
+        let detail = "unknown parameter; there are time, axes".to_owned();
         return Err(ApiError::InvalidQuery(vec![crate::problem::FieldProblem { pointer: name.clone(), detail }]));
     }
     // The shadow needs nothing but the sun.
@@ -32,20 +34,25 @@ pub async fn get(
         RequestError::Invalid(errors) => ApiError::InvalidQuery(field_problems(errors)),
         other => ApiError::Internal(other.to_string()),
     })?;
-    let answer = at(&app, &scene, request.time_s, &client).await?;
+    let answer = at(&app, &scene, (request.time_s, axes), &client).await?;
     Ok(([(header::CACHE_CONTROL, "no-cache")], Json(answer)).into_response())
 }
 
-/// The sun of a scene at a time, s since its start.
-pub async fn at(app: &Arc<App>, scene: &Arc<Scene>, time_s: f64, client: &Client) -> Result<Value, ApiError> {
+/// The sun of a scene at a time, s since its start, with directions in these axes too.
+pub async fn at(
+    app: &Arc<App>,
+    scene: &Arc<Scene>,
+    (time_s, axes): (f64, Axes),
+    client: &Client,
+) -> Result<Value, ApiError> {
     let request = Request { time_s, ..Request::new(TextureKind::Shadow, Format::F32) };
     let images = textures::images(app, scene, client).await?;
     let job = table_work::job(app, scene, request, &images, client).await?;
     let scene = Arc::clone(scene);
-    blocking(move || describe(&scene, &job).map_err(|error| ApiError::Internal(error.to_string()))).await
+    blocking(move || describe(&scene, &job, axes).map_err(|error| ApiError::Internal(error.to_string()))).await
 }
 
-fn describe(scene: &Scene, job: &Job) -> Result<Value, SunError> {
+fn describe(scene: &Scene, job: &Job, axes: Axes) -> Result<Value, SunError> {
     let light = job.illumination();
     let [east, north, up] = light.towards_sun;
     let time_s = job.request().time_s;
@@ -56,7 +63,8 @@ fn describe(scene: &Scene, job: &Job) -> Result<Value, SunError> {
         "zenith_deg": up.clamp(-1.0, 1.0).acos().to_degrees(),
         // -1e-300 degrees would come out as 360.
         "azimuth_deg": if azimuth_deg < 360.0 { azimuth_deg } else { 0.0 },
-        "direction": light.towards_sun,
+        "direction": axes.of(light.towards_sun),
+        "axes": axes::in_words(axes),
         "angular_diameter_deg": light.sun_diameter.to_degrees(),
         "irradiance": { "facing_the_sun": light.beam, "horizontal": light.direct(), "sky": light.total().iter().zip(light.direct()).map(|(total, direct)| total - direct).collect::<Vec<_>>(),
             "unit": unit, "at": if scene.stratiform_count() > 0 { "the top of the clouds" } else { "the ground" } },

@@ -16,24 +16,29 @@ struct ViewRay {
     from_above: bool,
 }
 
-// What the layers before a texel let through of light that comes from behind them: as alpha counts it, of even light, and of
-// the sun's. Of the latter two more, as what they scatter forwards goes on to the viewer.
+// What lies before a layer in a texel.
 struct Left {
-    clear: f32,
-    even: f32,
-    sun: f32,
+    clear: f32, // what all of it lets through as alpha counts it
+    even: f32,  // of even light: more, as what layers scatter forwards goes on to the viewer
+    other: f32, // as alpha counts it, what is no layer lets through
+    path: f32,  // optical path of transport at 550 nm in the layers
 }
 
 // A layer behind others.
 struct Shaded {
     light: vec3<f32>, // towards the viewer, as it comes through the layers before
     alpha: f32,       // of the layer
-    held: vec2<f32>,  // parts of even light and of the sun's from behind that it does not let through
+    held: vec2<f32>,  // part of even light from behind that it does not let through; its optical path of transport
 }
 
-fn left_of(clear: f32, held: vec2<f32>) -> Left {
+// `held`: what the layers before hold of even light, what others do, and the path in layers.
+fn left_of(clear: f32, held: vec3<f32>) -> Left {
     let together = view.together == 1u;
-    return Left(clear, select(clear, 1.0 - held.x, together), select(clear, 1.0 - held.y, together));
+    return Left(clear, select(clear, 1.0 - held.x, together), select(clear, 1.0 - held.y, together), held.z);
+}
+
+fn held_with(before: vec3<f32>, own: vec2<f32>) -> vec3<f32> {
+    return before + vec3<f32>((1.0 - before.x) * own.x, 0.0, own.y);
 }
 
 fn shade_ray(ray: ViewRay, left: Left) -> Shaded {
@@ -48,7 +53,6 @@ fn shade_ray(ray: ViewRay, left: Left) -> Shaded {
     if view.together == 1u {
         even_clear = min(exp(-frame.medium.forward_550 * path), through.g);
     }
-    var sun_clear = even_clear;
     let transmitted = max(through - even_clear, vec3<f32>(0.0));
     let low = sample_periodic(from_below, repeat, ray.hit_uv, 0u).rgb / PI;
     let high = sample_periodic(from_above, repeat, ray.hit_uv, 0u).rgb / PI;
@@ -60,22 +64,32 @@ fn shade_ray(ray: ViewRay, left: Left) -> Shaded {
     }
     if frame.sun.cosine > 0.0 {
         let share = sample_periodic(sun_share, repeat, ray.hit_uv, 0u);
-        var lit = 1.0;
-        if share.w < 1.0 || view.together == 1u {
-            // The nearer to the sun, the less of what the layers above scattered is the sun's light still.
-            let part = 1.0 - forward_albedo(ray);
-            lit = pow(share.w, max(part / max(frame.medium.forward_550, 1e-6) - 1.0, 0.0));
-            sun_clear = min(exp(-part * path), even_clear);
-        }
-        light += left.sun * lit * (frame.sun.irradiance * sun_reaches(ray, share) * sunlight(ray, through));
+        light += frame.sun.irradiance * sun_reaches(ray, share) * added_sunlight(ray, share.w, left);
     }
-    return Shaded(light, alpha, 1.0 - vec2<f32>(even_clear, sun_clear));
+    return Shaded(light, alpha, vec2<f32>(1.0 - even_clear, frame.medium.transport_550 * path));
 }
 
-// Part of extinction at 550 nm after which light still counts as the sun's for a view.
-fn forward_albedo(ray: ViewRay) -> f32 {
-    let half_sin = min(0.5 * length(ray.seen + frame.sun.towards), 1.0);
-    let half_cos = min(0.5 * length(ray.seen - frame.sun.towards), 1.0);
-    let row = (PHASE_ROWS - 0.5) / PHASE_ROWS;
-    return sample_clamped(phase, clamped, vec2<f32>(phase_coordinate(half_sin, half_cos), row)).w;
+// Scattered sunlight that the viewer gets because of this layer, per irradiance facing the sun. With the layers above it, which are
+// `above` deep for transport towards the sun, it is one slab of its own droplets; without it they are one. From below the
+// difference is what it adds to the light of theirs that alpha lets through. From above light goes in by the way to the sun
+// and out by the view's: the slab above is as deep as takes both.
+fn added_sunlight(ray: ViewRay, above: f32, left: Left) -> vec3<f32> {
+    let passing = select(left.clear, left.other, ray.from_above);
+    var depth = above / max(frame.medium.transport_550, 1e-6);
+    if ray.from_above {
+        let in_and_out = vec2<f32>(1.0 / frame.sun.slant_cosine, 1.0 / ray.cosine);
+        depth = (depth * in_and_out.x + left.path / max(frame.medium.transport_550, 1e-6)) / (in_and_out.x + in_and_out.y);
+    }
+    if depth <= 0.0 {
+        return passing * sunlight(ray);
+    }
+    let clear = select(exp(-frame.medium.extinction_550 * ray.path_m), 1.0, ray.from_above);
+    let added = sunlight(deeper(ray, ray.depth + depth)) - clear * sunlight(deeper(ray, depth));
+    return passing * max(added, vec3<f32>(0.0));
+}
+
+// The same ray of a slab of another optical depth.
+fn deeper(ray: ViewRay, depth: f32) -> ViewRay {
+    let path_m = depth / (frame.medium.extinction_550 * ray.cosine);
+    return ViewRay(ray.seen, ray.hit_uv, ray.base_uv, ray.cosine, path_m, depth, ray.from_above);
 }

@@ -74,7 +74,7 @@ fn lattice_slab(height: f32, node: f32, along: vec2<f32>) -> vec3<f32> {
 }
 
 fn sun_reaches(ray: ViewRay, share: vec4<f32>) -> vec3<f32> {
-    let lit = share.w * select(lattice.in_air, vec3<f32>(1.0), ray.from_above);
+    let lit = select(lattice.in_air, vec3<f32>(1.0), ray.from_above);
     if ray.path_m <= 0.0 {
         return lit;
     }

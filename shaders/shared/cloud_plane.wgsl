@@ -7,7 +7,7 @@ alias CloudView = View;
 
 const PATH_SEEN: bool = true;
 // The method's own bindings begin here.
-const METHOD_BINDING: u32 = 15u;
+const METHOD_BINDING: u32 = 14u;
 
 fn view_ray(pixel: vec2<u32>) -> ViewRay {
     let from_above = view.from_above == 1u;
@@ -32,7 +32,7 @@ fn cloud_texel(pixel: vec2<u32>) {
     let texel = pixel.y * view.size.x + pixel.x;
     let at = 4u * texel;
     var before = vec4<f32>(0.0);
-    var held_before = vec2<f32>(0.0);
+    var held_before = vec3<f32>(0.0);
     if view.first == 0u {
         before = vec4<f32>(output[at], output[at + 1u], output[at + 2u], output[at + 3u]);
         if view.together == 1u {
@@ -48,6 +48,6 @@ fn cloud_texel(pixel: vec2<u32>) {
     output[at + 2u] = light.b;
     output[at + 3u] = before.a + (1.0 - before.a) * shaded.alpha;
     if view.together == 1u {
-        held[texel] = held_before + (1.0 - held_before) * shaded.held;
+        held[texel] = held_with(held_before, shaded.held);
     }
 }

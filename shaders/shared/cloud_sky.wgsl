@@ -9,10 +9,10 @@ alias CloudView = SkyView;
 
 @group(0) @binding(2) var levels: texture_2d<f32>; // thickness, with mip levels
 @group(0) @binding(3) var trilinear: sampler;
-@group(0) @binding(15) var<storage, read> tiles: array<u32>;
-@group(0) @binding(16) var air: texture_2d<f32>; // between the eye and the layer
+@group(0) @binding(14) var<storage, read> tiles: array<u32>;
+@group(0) @binding(15) var air: texture_2d<f32>; // between the eye and the layer
 // The method's own bindings begin here.
-const METHOD_BINDING: u32 = 17u;
+const METHOD_BINDING: u32 = 16u;
 // Samples along a ray through the layer, at most.
 const PATH_MOST_STEPS: f32 = 1024.0;
 
@@ -81,7 +81,7 @@ fn cloud_texel(invocation: vec2<u32>) {
     let texel = pixel.y * view.size.x + pixel.x;
     let at = 4u * texel;
     let before = vec4<f32>(output[at], output[at + 1u], output[at + 2u], output[at + 3u]);
-    var held_before = vec2<f32>(1.0);
+    var held_before = vec3<f32>(1.0, 1.0, 0.0);
     if view.together == 1u {
         held_before = held[texel];
     }
@@ -96,7 +96,7 @@ fn cloud_texel(invocation: vec2<u32>) {
     output[at + 2u] = light.b;
     output[at + 3u] = before.a + (1.0 - before.a) * shaded.alpha;
     if view.together == 1u {
-        held[texel] = held_before + (1.0 - held_before) * shaded.held;
+        held[texel] = held_with(held_before, shaded.held);
     }
 }
 

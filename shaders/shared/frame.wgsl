@@ -271,6 +271,8 @@ struct Transfer {
 
 // Grazing rays are computed at this cosine at least: 0.006 degrees above the horizon.
 const MIN_COSINE: f32 = 1e-4;
+// Least part of the sun's light that layers let go on: what a layer makes of it is divided by it again.
+const LEAST_LIT: f32 = 1e-20;
 // Squares between texel centres in a block of a thickness map whose bounds are known, a side: see field_bounds.
 const BOUNDS_TEXELS: u32 = 8u;
 const PI: f32 = 3.14159265358979;

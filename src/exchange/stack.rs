@@ -52,6 +52,8 @@ pub struct LayerLight {
 pub struct StackLight {
     /// On the layers, from top to bottom.
     pub layers: Vec<LayerLight>,
+    /// The same but for sunlight that has only met layers: of sky and ground alone, and what layers make of that.
+    pub of_sky_and_ground: Vec<LayerLight>,
     /// Diffuse light that leaves the topmost layer upwards: horizontal irradiance. With no layer, light from the ground.
     pub escaping: Vec<[f32; 3]>,
     /// Diffuse light that the layers absorb, mean over the texels: what each keeps of the light on its two faces. What they absorb
@@ -217,32 +219,34 @@ impl<'a> Stack<'a> {
         &self.not_reflected
     }
 
-    fn column<const N: usize>(&self, layer: usize, texel: usize, colour: usize) -> Column<N> {
-        Column::new(&self.layers[layer], self.angles.get(layer), texel, colour)
+    /// Without the sunlight that it scatters where it is not `sunlit`.
+    fn column<const N: usize>(&self, layer: usize, [texel, colour]: [usize; 2], sunlit: bool) -> Column<N> {
+        let column = Column::new(&self.layers[layer], self.angles.get(layer), texel, colour);
+        if sunlit { column } else { Column { down: [0.0; N], up: [0.0; N], ..column } }
     }
 
     fn whole<const N: usize>(&self, texel: usize) -> ([f32; 3], [f32; 3]) {
         let colours = [0, 1, 2].map(|colour| {
             let from_sky = Above::<N>::sky(self.sky[colour]);
-            (0..self.layers.len()).fold(from_sky, |above, layer| self.column(layer, texel, colour).add(&above))
+            (0..self.layers.len()).fold(from_sky, |above, layer| self.column(layer, [texel, colour], true).add(&above))
         });
         (colours.each_ref().map(|whole| whole.down[0] as f32), colours.map(|whole| whole.not_sent_back as f32))
     }
 
-    /// Light on the faces of the layers from one on downwards, in a texel and colour, under what is `above` them; returns what
-    /// they send up.
+    /// Light on the faces of the layers from one on downwards, in a texel and colour, under what is `above` them, with the sunlight that
+    /// they scatter or without; returns what they send up.
     fn descend<const N: usize>(
         &self,
         above: &Above<N>,
-        (layer, texel, colour): (usize, usize, usize),
+        (layer, place, sunlit): (usize, [usize; 2], bool),
         ground: f64,
         faces: &mut [Faces],
     ) -> Moments<N> {
         let Some((own, lower)) = faces.split_first_mut() else {
             return std::array::from_fn(|k| if k == 0 { ground } else { 0.0 });
         };
-        let column = self.column::<N>(layer, texel, colour);
-        let below = self.descend(&column.add(above), (layer + 1, texel, colour), ground, lower);
+        let column = self.column::<N>(layer, place, sunlit);
+        let below = self.descend(&column.add(above), (layer + 1, place, sunlit), ground, lower);
         let through = applied(&column.transmitted, &below);
         let on_top = column.on_top(above, &through);
         let kept = column.absorbed(&on_top) + column.absorbed(&below);
@@ -251,8 +255,8 @@ impl<'a> Stack<'a> {
     }
 
     /// Light on the faces of all layers in a texel and colour, from top to bottom; returns what escapes.
-    fn lit<const N: usize>(&self, texel: usize, colour: usize, ground: f64, faces: &mut [Faces]) -> f64 {
-        self.descend(&Above::<N>::sky(self.sky[colour]), (0, texel, colour), ground, faces)[0]
+    fn lit<const N: usize>(&self, place: [usize; 2], ground: f64, sunlit: bool, faces: &mut [Faces]) -> f64 {
+        self.descend(&Above::<N>::sky(self.sky[place[1]]), (0, place, sunlit), ground, faces)[0]
     }
 
     /// Light on all layers when the lowest base gets the irradiance `upwelling` from the ground.
@@ -262,35 +266,48 @@ impl<'a> Stack<'a> {
     #[must_use]
     pub fn light(&self, upwelling: &[[f32; 3]]) -> StackLight {
         let (texels, count) = (self.diffuse.len(), self.layers.len());
-        let mut faces = vec![Faces::default(); 3 * count * texels];
-        let of_texel = |texel: usize, faces: &mut [Faces]| {
+        let of_texel = |texel: usize, sunlit: bool, faces: &mut [Faces]| {
             [0, 1, 2].map(|colour| {
                 let (ground, faces) =
                     (upwelling[texel][colour].into(), &mut faces[colour * count..(colour + 1) * count]);
                 let escaping = match self.angles {
-                    [] => self.lit::<1>(texel, colour, ground, faces),
-                    _ => self.lit::<MOMENTS>(texel, colour, ground, faces),
+                    [] => self.lit::<1>([texel, colour], ground, sunlit, faces),
+                    _ => self.lit::<MOMENTS>([texel, colour], ground, sunlit, faces),
                 };
                 escaping as f32
             })
         };
-        let escaping = match count {
-            0 => upwelling[..texels].to_vec(),
-            _ => faces.par_chunks_exact_mut(3 * count).enumerate().map(|(i, faces)| of_texel(i, faces)).collect(),
+        let solved = |sunlit: bool| {
+            let mut faces = vec![Faces::default(); 3 * count * texels];
+            let escaping: Vec<[f32; 3]> = match count {
+                0 => upwelling[..texels].to_vec(),
+                _ => {
+                    let chunks = faces.par_chunks_exact_mut(3 * count).enumerate();
+                    chunks.map(|(i, faces)| of_texel(i, sunlit, faces)).collect()
+                }
+            };
+            (faces, escaping)
         };
-        let at = |layer: usize, texel: usize, colour: usize| &faces[(3 * texel + colour) * count + layer];
-        let map = |layer: usize, value: fn(&Faces) -> f64| -> Vec<[f32; 3]> {
-            (0..texels).map(|texel| [0, 1, 2].map(|colour| value(at(layer, texel, colour)) as f32)).collect()
+        let index = |layer: usize, texel: usize, colour: usize| (3 * texel + colour) * count + layer;
+        let layers = |faces: &[Faces]| -> Vec<LayerLight> {
+            let map = |layer: usize, value: fn(&Faces) -> f64| -> Vec<[f32; 3]> {
+                let at = |texel: usize, colour: usize| value(&faces[index(layer, texel, colour)]) as f32;
+                (0..texels).map(|texel| [0, 1, 2].map(|colour| at(texel, colour))).collect()
+            };
+            let layer = |layer: usize| LayerLight {
+                from_above: map(layer, |faces| faces.from_above),
+                from_below: map(layer, |faces| faces.from_below),
+            };
+            (0..count).map(layer).collect()
         };
-        let layer = |layer: usize| LayerLight {
-            from_above: map(layer, |faces| faces.from_above),
-            from_below: map(layer, |faces| faces.from_below),
-        };
+        let (faces, escaping) = solved(true);
         let kept = |colour: usize| {
-            let of_texel = |texel: usize| (0..count).map(|layer| at(layer, texel, colour).kept).sum::<f64>();
+            let of_texel = |texel: usize| (0..count).map(|layer| faces[index(layer, texel, colour)].kept).sum::<f64>();
             (0..texels).map(of_texel).sum::<f64>() / texels.max(1) as f64
         };
         let absorbed = [0, 1, 2].map(kept);
-        StackLight { layers: (0..count).map(layer).collect(), escaping, absorbed }
+        // Of one layer they are the same.
+        let of_sky_and_ground = if count > 1 { layers(&solved(false).0) } else { layers(&faces) };
+        StackLight { layers: layers(&faces), of_sky_and_ground, escaping, absorbed }
     }
 }

@@ -44,7 +44,8 @@ pub struct Energy {
 
 /// What the host found.
 pub(super) struct Between {
-    pub(super) layers: Vec<LayerLight>,
+    /// Lowest first: all, and that of sky and ground alone.
+    pub(super) layers: Vec<[LayerLight; 2]>,
     pub(super) gathered: Vec<[f32; 3]>,
     pub(super) shares: Vec<Share>,
     pub(super) energy: Energy,
@@ -240,5 +241,6 @@ pub(super) fn solve(columns: &[ColumnMaps], inputs: &LightInputs<'_>) -> Between
     });
     let clouds = suns.fold(lit.absorbed, |sum, layer| colours(|c| sum[c] + layer[c]));
     let energy = Energy { entering, leaving, ground, clouds };
-    Between { layers: lit.layers.into_iter().rev().collect(), gathered: exchanged.gathered, shares, energy }
+    let layers = lit.layers.into_iter().zip(lit.of_sky_and_ground).rev().map(<[LayerLight; 2]>::from);
+    Between { layers: layers.collect(), gathered: exchanged.gathered, shares, energy }
 }

@@ -26,6 +26,8 @@ pub(crate) struct SunMaps {
     pub(crate) not_reflected: Target,
 }
 
+/// What goes on of the sun's light where no layer lies above, and their optical depth.
+const OPEN_SUN: [f32; 4] = [1.0, 1.0, 1.0, 0.0];
 /// A blur narrower than this, in texels, is none.
 const LEAST_BLUR: f64 = 0.3;
 /// Standard deviations from its middle at which a Gaussian ends.
@@ -79,7 +81,7 @@ pub fn blur(axis: [i32; 2], sigma_texels: f64) -> Blur {
 
 /// Maps of all layers, lowest first.
 pub(crate) fn maps(gpu: &Gpu, inputs: &LightInputs<'_>, deadline: Option<Instant>) -> Result<Vec<SunMaps>, GpuError> {
-    let open = gpu.texture_from("open sun", [1, 1], 4, &[1.0; 4]);
+    let open = gpu.texture_from("open sun", [1, 1], 4, &OPEN_SUN);
     let alone = inputs.layers.len() == 1;
     let maps: Vec<SunMaps> = inputs.layers.iter().map(|_| SunMaps::new(gpu, inputs.grids, alone)).collect();
     let mut all = Vec::new();
@@ -238,12 +240,12 @@ pub(crate) fn shares(
     shares: &[Share],
     deadline: Option<Instant>,
 ) -> Result<Vec<[Target; 2]>, GpuError> {
-    let open = gpu.texture_from("open sun", [1, 1], 4, &[1.0; 4]);
+    let open = gpu.texture_from("open sun", [1, 1], 4, &OPEN_SUN);
     let size = [inputs.grids.sun_texels; 2];
     let targets: Vec<[Target; 2]> =
         maps.iter().map(|_| ["share_below", "share_above"].map(|label| gpu.texture(label, size, 4, 1))).collect();
     let pass = |(i, (layer, own)): (usize, (&LayerInputs<'_>, &SunMaps))| {
-        let above = maps.get(i + 1).map_or(&open, |above| &above.beam);
+        let above = maps.get(i + 1).map_or([&open; 2], |above| [&above.beam, above.on_ground()]);
         let binds = binds![
             layer.frame,
             &gpu.uniform("share", &shares[i]),
@@ -252,7 +254,8 @@ pub(crate) fn shares(
             &own.entered,
             &own.column,
             &own.reflected,
-            &above.levels[0],
+            &above[0].levels[0],
+            &above[1].levels[0],
             &gpu.repeat,
             &targets[i][0].levels[0],
             &targets[i][1].levels[0],

@@ -2,18 +2,20 @@
 
 use super::base_light::{SAMPLES, samples};
 use super::frame::{texel_centre, vec2, vec3};
-use super::map::{Map, rgb, texel};
+use super::map::Map;
 use super::path::path_in_layer;
 use super::sun::sun_through;
-use crate::gpu::layout::Frame;
-use glam::DVec3;
+use crate::gpu::layout::{Frame, Medium};
+use glam::DVec4;
 
-/// With its 5-degree peak: means over each texel of the maps of sunlight. `above`: the same of the layer above.
+/// With its 5-degree peak, and the optical depth of transport of layers on the way to the sun: means over each texel of the maps of sunlight. `above`: the same of the layer above.
 pub fn main(frame: &Frame, thickness: &Map, transmittance: &Map, above: &Map) -> Map {
     let side = frame.maps.texels as usize;
+    let Medium { transport_550, extinction_550, .. } = frame.medium;
+    let depth_per_m = [transport_550, extinction_550, frame.sun.slant_cosine].map(f64::from).iter().product::<f64>();
     Map::from_fn(side, side, |x, y| {
         let place = texel_centre(x, y, [frame.maps.texels; 2]) + vec2(frame.place.above_uv);
-        let lit = rgb(above.sample_periodic(place.to_array()));
+        let [red, green, blue, above] = above.sample_periodic(place.to_array());
         let beams = samples(frame, x, y).map(|uv| {
             let path_m = match frame.maps.columns {
                 1 => {
@@ -22,8 +24,9 @@ pub fn main(frame: &Frame, thickness: &Map, transmittance: &Map, above: &Map) ->
                 }
                 _ => path_in_layer(thickness, frame, uv, vec3(frame.sun.towards)).length_m,
             };
-            sun_through(frame, transmittance, path_m).beam
+            sun_through(frame, transmittance, path_m).beam.extend(depth_per_m * path_m)
         });
-        texel(lit * beams.iter().sum::<DVec3>() / SAMPLES as f64)
+        let mean = beams.iter().sum::<DVec4>() / SAMPLES as f64;
+        (mean * DVec4::new(red, green, blue, 1.0) + above * DVec4::W).to_array()
     })
 }

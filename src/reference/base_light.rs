@@ -1,6 +1,6 @@
 //! The sun's light at cloud base and top. Twin of `shaders/base_light.wgsl`.
 
-use super::frame::{texel_centre, vec2, vec3};
+use super::frame::{LEAST_LIT, texel_centre, vec2, vec3};
 use super::map::{Map, rgb};
 use super::path::path_in_layer;
 use super::slab::slab_reflectance;
@@ -60,7 +60,8 @@ pub fn main(frame: &Frame, maps: &Maps<'_>) -> BaseLight {
     let going_on = |through: &SunThrough| if frame.place.lowest == 1 { through.beam } else { through.forward };
     let texel = |x: usize, y: usize| {
         let centre = texel_centre(x, y, [frame.maps.texels; 2]);
-        let lit = rgb(maps.above.sample_periodic((centre + vec2(frame.place.above_uv)).to_array()));
+        let lit = rgb(maps.above.sample_periodic((centre + vec2(frame.place.above_uv)).to_array()))
+            .max(DVec3::splat(LEAST_LIT));
         let (at_place, around) = (maps.entry.texel(x, y)[0], maps.blurred.texel(x, y)[0]);
         let mut entering_sum = 0.0;
         let mut sums = [DVec3::ZERO; 5];

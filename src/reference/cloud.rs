@@ -3,10 +3,10 @@
 
 use super::frame::vec3;
 use super::map::Map;
-use super::slab::{phase_coordinate, slab_reflectance, slab_transmittance};
+use super::slab::{slab_reflectance, slab_transmittance};
 use super::{cloud_analytic, cloud_forward, cloud_tabulated};
 use crate::gpu::layout::Frame;
-use crate::slice::{HostSlab, HostTables, PHASE_ROWS};
+use crate::slice::{HostSlab, HostTables};
 use glam::{DVec2, DVec3, DVec4};
 use std::f64::consts::PI;
 
@@ -21,13 +21,11 @@ pub struct Maps<'a> {
     pub from_below: &'a Map,
     /// From above.
     pub from_above: &'a Map,
-    /// The sun's light relative to a slab's under the open sun, for the side that is seen; fourth channel: what the layers
-    /// above let go on.
+    /// The sun's light relative to a slab's under the open sun, for the side that is seen; fourth channel: optical depth of
+    /// transport of the layers above, on the way to the sun.
     pub sun_share: &'a Map,
     /// Even light beyond all layers that are drawn: horizontal irradiance.
     pub behind: &'a Map,
-    /// Columns of scattering angle; fourth channel of the last row: what still counts as the sun's light.
-    pub phase: &'a Map,
 }
 
 /// What a method gives for a ray: the sun's light, per irradiance facing it.
@@ -77,16 +75,16 @@ pub struct ViewRay {
     pub from_above: bool,
 }
 
-/// What lies before a layer, or what it is itself: light towards the viewer, alpha, and what of even light and of the sun's
-/// from behind is held.
+/// What lies before a layer, or what it is itself.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Shaded {
     /// Three colours, in units of the sun's irradiance per steradian, as they come through the layers before.
     pub light: DVec3,
     /// Part of what is composited behind that is hidden.
     pub alpha: f64,
-    /// Parts of even light and of the sun's from behind that are not let through, where layers are drawn together.
-    pub held: DVec2,
+    /// Where layers are drawn together: part of even light from behind that is not let through, the same of what is no layer, and the
+    /// optical path of transport at 550 nm in layers.
+    pub held: DVec3,
 }
 
 impl Shaded {
@@ -96,7 +94,7 @@ impl Shaded {
         Self {
             light: (self.light + behind.light).max(DVec3::ZERO),
             alpha: self.alpha + (1.0 - self.alpha) * behind.alpha,
-            held: self.held + (DVec2::ONE - self.held) * behind.held,
+            held: self.held + behind.held * DVec3::new(1.0 - self.held.x, 1.0 - self.held.y, 1.0),
         }
     }
 
@@ -118,37 +116,46 @@ pub fn shade_ray(
     let path = f64::from(frame.medium.extinction_550) * ray.path_m;
     let (clear, alpha) = ((-path).exp(), -(-path).exp_m1());
     let left_clear = 1.0 - before.alpha;
-    let left = if together { DVec2::ONE - before.held } else { DVec2::splat(left_clear) };
+    let [even_left, other_left] =
+        if together { [before.held.x, before.held.y].map(|held| 1.0 - held) } else { [left_clear; 2] };
     let forward = f64::from(frame.medium.forward_550);
     let reflected = slab_reflectance(maps.reflectance, ray.depth, ray.cosine);
     let through = slab_transmittance(maps.transmittance, ray.depth, ray.cosine);
     let even_clear = if together { (-forward * path).exp().min(through.y) } else { clear };
-    let mut sun_clear = even_clear;
     let transmitted = (through - even_clear).max(DVec3::ZERO);
     let at = |map: &Map| DVec4::from_array(map.sample_periodic(ray.hit_uv.to_array()));
     let (low, high) = (at(maps.from_below).truncate() / PI, at(maps.from_above).truncate() / PI);
     let even = if ray.from_above { high * reflected + low * transmitted } else { high * transmitted + low * reflected };
-    let mut light = left.x * even;
+    let mut light = even_left * even;
     if together {
-        light += at(maps.behind).truncate() / PI * (left_clear * alpha - left.x * (1.0 - even_clear));
+        light += at(maps.behind).truncate() / PI * (left_clear * alpha - even_left * (1.0 - even_clear));
     }
     if frame.sun.cosine > 0.0 {
         let share = at(maps.sun_share);
-        let mut lit = 1.0;
-        if share.w < 1.0 || together {
-            let part = 1.0 - forward_albedo(frame, maps.phase, ray);
-            lit = share.w.powf((part / forward.max(1e-6) - 1.0).max(0.0));
-            sun_clear = (-part * path).exp().min(even_clear);
-        }
-        light += left.y * lit * (vec3(frame.sun.irradiance) * share.truncate() * sunlight(ray));
+        let (passing, path) = if ray.from_above { (other_left, before.held.z) } else { (left_clear, 0.0) };
+        let added = added_sunlight(frame, sunlight, ray, (share.w, path));
+        light += passing * (vec3(frame.sun.irradiance) * share.truncate() * added);
     }
-    Shaded { light, alpha, held: DVec2::ONE - DVec2::new(even_clear, sun_clear) }
+    let transport = f64::from(frame.medium.transport_550);
+    Shaded { light, alpha, held: DVec3::new(1.0 - even_clear, 0.0, transport * path) }
 }
 
-/// Part of extinction at 550 nm after which light still counts as the sun's for a view.
-fn forward_albedo(frame: &Frame, phase: &Map, ray: &ViewRay) -> f64 {
-    let half_sin = 0.5 * (ray.seen + vec3(frame.sun.towards)).length();
-    let half_cos = 0.5 * (ray.seen - vec3(frame.sun.towards)).length();
-    let rows = PHASE_ROWS as f64;
-    phase.sample_clamped([phase_coordinate(half_sin, half_cos), (rows - 0.5) / rows])[3]
+/// Scattered sunlight that a layer adds to that of the layers above, which are so deep for transport towards the sun and have such
+/// a path of transport before them, where they are seen from above.
+fn added_sunlight(
+    frame: &Frame,
+    sunlight: &impl Fn(&ViewRay) -> DVec3,
+    ray: &ViewRay,
+    (above, path): (f64, f64),
+) -> DVec3 {
+    let transport = f64::from(frame.medium.transport_550).max(1e-6);
+    let (inwards, outwards) = (1.0 / f64::from(frame.sun.slant_cosine), 1.0 / ray.cosine);
+    let above = if ray.from_above { (above * inwards + path) / (inwards + outwards) } else { above } / transport;
+    if above <= 0.0 {
+        return sunlight(ray);
+    }
+    let extinction = f64::from(frame.medium.extinction_550);
+    let clear = if ray.from_above { 1.0 } else { (-extinction * ray.path_m).exp() };
+    let slab = |depth: f64| sunlight(&ViewRay { depth, path_m: depth / (extinction * ray.cosine), ..*ray });
+    (slab(ray.depth + above) - clear * slab(above)).max(DVec3::ZERO)
 }

@@ -113,7 +113,7 @@ pub fn sky_texel(
         let ray = || sky_ray(frame, view, levels, towards, &met, coarse, steps);
         met.meets.then(|| shade_ray(frame, maps, sunlight, &ray(), (before, view.together == 1)))
     };
-    let (mut sum, mut held) = (DVec4::ZERO, DVec2::ZERO);
+    let (mut sum, mut held) = (DVec4::ZERO, DVec3::ZERO);
     for shaded in (0..rays).filter_map(ray) {
         sum += shaded.texel();
         held += shaded.held;

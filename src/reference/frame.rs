@@ -6,6 +6,8 @@ use rayon::prelude::*;
 
 /// Rays are computed at this cosine of zenith at least.
 pub const MIN_COSINE: f64 = layout::MIN_COSINE as f64;
+/// Least part of the sun's light that layers let go on: what a layer makes of it is divided by it again.
+pub const LEAST_LIT: f64 = 1e-20;
 
 /// Three host floats.
 pub fn vec3(value: [f32; 3]) -> DVec3 {

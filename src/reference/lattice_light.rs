@@ -1,7 +1,7 @@
 //! The sun's light at cloud base and top by a lattice. Twin of `shaders/lattice_light.wgsl`.
 
 use super::base_light::{BaseLight, SAMPLES, samples};
-use super::frame::{exp, texel_centre, vec2, vec3};
+use super::frame::{LEAST_LIT, exp, texel_centre, vec2, vec3};
 use super::map::{Map, rgb};
 use super::path::path_in_layer;
 use super::slab::slab_reflectance;
@@ -44,7 +44,8 @@ pub fn main(frame: &Frame, lattice: &LatticeLight, maps: &Maps<'_>) -> BaseLight
     };
     let texel = |x: usize, y: usize| {
         let centre = texel_centre(x, y, [frame.maps.texels; 2]);
-        let lit = rgb(maps.above.sample_periodic((centre + vec2(frame.place.above_uv)).to_array()));
+        let lit = rgb(maps.above.sample_periodic((centre + vec2(frame.place.above_uv)).to_array()))
+            .max(DVec3::splat(LEAST_LIT));
         let mut entering = 0.0;
         let mut sums = [DVec3::ZERO; 3];
         for uv in samples(frame, x, y) {

@@ -1,6 +1,6 @@
 //! How much of the sun a cloud gets. Twin of `shaders/sun_share.wgsl`.
 
-use super::frame::{texel_centre, vec2, vec3};
+use super::frame::{LEAST_LIT, texel_centre, vec2, vec3};
 use super::map::{Map, rgb};
 use crate::gpu::layout::{Frame, Share};
 use glam::DVec3;
@@ -20,25 +20,25 @@ pub struct Maps<'a> {
     pub reflected: &'a Map,
     /// What goes on from the layer above as the sun's light.
     pub above: &'a Map,
+    /// Fourth channel: optical depth of transport of the layers above.
+    pub above_beam: &'a Map,
 }
 
-/// Factors for the light seen from below and from above; fourth channel: what the layers above let go on.
+/// Factors for the light seen from below and from above, as without the layers above; fourth channel: their depth.
 pub fn main(frame: &Frame, share: &Share, maps: &Maps<'_>) -> [Map; 2] {
     let side = frame.maps.texels as usize;
-    let lit = |x: usize, y: usize| {
-        let place = texel_centre(x, y, [frame.maps.texels; 2]) + vec2(frame.place.above_uv);
-        rgb(maps.above.sample_periodic(place.to_array()))
-    };
+    let place =
+        |x: usize, y: usize| (texel_centre(x, y, [frame.maps.texels; 2]) + vec2(frame.place.above_uv)).to_array();
+    let lit = |x: usize, y: usize| rgb(maps.above.sample_periodic(place(x, y))).max(DVec3::splat(LEAST_LIT));
+    let depth = |x: usize, y: usize| maps.above_beam.sample_periodic(place(x, y))[3];
     let below = Map::from_fn(side, side, |x, y| {
         let at = |map: &Map| rgb(map.texel(x, y));
         let diffuse = at(maps.tilted).lerp(vec3(share.entry_scale) * at(maps.entered), share.entry_weight.into());
-        (vec3(share.in_air) * (at(maps.beam) + diffuse) / at(maps.column).max(DVec3::splat(1e-9)))
-            .extend(lit(x, y).y)
-            .to_array()
+        let own = at(maps.column).max(DVec3::splat(1e-9)) * lit(x, y);
+        (vec3(share.in_air) * (at(maps.beam) + diffuse) / own).extend(depth(x, y)).to_array()
     });
     let above = Map::from_fn(side, side, |x, y| {
-        let lit = lit(x, y);
-        (lit * maps.reflected.texel(x, y)[3] * vec3(share.reflect_scale)).extend(lit.y).to_array()
+        (maps.reflected.texel(x, y)[3] * vec3(share.reflect_scale)).extend(depth(x, y)).to_array()
     });
     [below, above]
 }

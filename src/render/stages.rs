@@ -30,7 +30,7 @@ pub struct Stages {
     pub entering: HostMap,
     /// What goes on from the layer above as the sun's light; one texel under the open sun.
     pub above: HostMap,
-    /// And of it what is the beam on the ground, where there is a layer below.
+    /// And of it what is the beam on the ground; fourth channel: optical depth of transport of the layers above.
     pub above_beam: HostMap,
     /// What a lattice has found, where that is how sunlight is carried.
     pub lattice: Option<LatticeMaps>,
@@ -54,8 +54,8 @@ pub struct Stages {
     pub columns: Vec<ColumnMaps>,
     /// How the maps are put together.
     pub share: Share,
-    /// The sun's light relative to a slab's under the open sun, seen from below and from above; fourth channel: what the layers
-    /// above let go on.
+    /// The sun's light relative to a slab's under the open sun, seen from below and from above; fourth channel: optical
+    /// depth of transport of the layers above.
     pub shares: [HostMap; 2],
     /// Albedo of the ground on the exchange grid.
     pub albedo: HostMap,
@@ -134,7 +134,7 @@ pub(super) fn read(
         let texels = map(target)?.data;
         Ok::<_, RenderError>(texels.chunks(4).map(|texel| [texel[0], texel[1], texel[2]]).collect::<Vec<_>>())
     };
-    let open = || HostMap { width: 1, height: 1, channels: 4, data: vec![1.0; 4] };
+    let open = || HostMap { width: 1, height: 1, channels: 4, data: vec![1.0, 1.0, 1.0, 0.0] };
     Ok(Stages {
         frame: run.frames[number],
         field: field_stages,

@@ -106,8 +106,8 @@ pub const QUERY_PARAMETERS: &[QueryParameter] = &[
         name: "axes",
         values: Axes::WORDS,
         default: "enu",
-        meaning: "frame of an engine: how `sky` and `compass` lie in it as `equirect` and `cube`, and directions in their EXR",
-        read: |given, text| set(&mut given.axes, Axes::ALL.into_iter().find(|axes| axes.name() == text)),
+        meaning: "frame of an engine: how `sky` and `compass` lie in it as `equirect` and `cube`, and directions in their EXR, in `sun.json` and `ambient.json`",
+        read: |given, text| set(&mut given.axes, Axes::named(text)),
         write: |request| Some(request.wanted.sphere()?.axes.name().to_owned()),
     },
     QueryParameter {

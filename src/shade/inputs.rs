@@ -36,13 +36,15 @@ pub(super) struct DrawnOn<'a> {
     pub(super) texels: &'a wgpu::Buffer,
     /// Even light beyond all layers: horizontal irradiance.
     pub(super) behind: &'a Target,
-    /// What of light from behind the layers hold, where several are drawn together.
+    /// What of light from behind is held, where several layers are drawn together.
     pub(super) held: &'a wgpu::Buffer,
+    /// Whether no layer is drawn between the viewer and this one.
+    pub(super) first: bool,
 }
 
 /// What layers that are drawn together hold of light from behind, in each of `texels`: nothing yet.
 pub(super) fn held(gpu: &Gpu, together: bool, texels: usize) -> wgpu::Buffer {
-    gpu.storage("held", 2 * if together { texels } else { 1 })
+    gpu.storage("held", 4 * if together { texels } else { 1 })
 }
 
 /// A stage that was asked for before those that it takes from.
@@ -66,8 +68,7 @@ pub(super) fn cloud_binds(
     binds.extend(binds![
         &tables.transmittance,
         &tables.reflectance,
-        &tables.phase,
-        &light.from_below,
+        if output.first { &light.all_from_below } else { &light.from_below },
         &light.from_above[usize::from(from_above)],
         &light.share[usize::from(from_above)],
         &gpu.repeat,

@@ -58,10 +58,10 @@ impl SlabLight {
     pub(crate) fn binds(&self, gpu: &Gpu, tables: &DeviceTables, from_above: bool) -> Vec<Bind> {
         match self {
             Self::Forward(veil) => binds![&**veil],
-            Self::Analytic(closure) => binds![&**closure, &tables.aureole],
+            Self::Analytic(closure) => binds![&**closure, &tables.aureole, &tables.phase],
             Self::Tabulated(slice) => {
                 let side = &slice.sides[usize::from(!from_above)];
-                binds![side, &tables.near_sun, &gpu.linear, &slice.remainder]
+                binds![side, &tables.near_sun, &gpu.linear, &slice.remainder, &tables.phase]
             }
         }
     }

@@ -155,7 +155,10 @@ pub(crate) fn sky_band(
         views.push((view, before));
         let last = if rising { inputs.layers.last() } else { inputs.layers.first() };
         let light = last.and_then(|last| last.inputs.light).ok_or_else(|| early("sky"))?;
-        let drawn_on = DrawnOn { texels: &clouds, behind: light.beyond(!rising), held: &held };
+        // With other layers below the eye their light is all that the eye gets of them by way of this one.
+        let hidden = |other: &SkyLayer<'_>| other.base_m < layer.base_m && other.top_m > eye_m;
+        let first = rising && !inputs.layers.iter().any(hidden);
+        let drawn_on = DrawnOn { texels: &clouds, behind: light.beyond(!rising), held: &held, first };
         let pass = cloud_pass(gpu, layer, &before.map, &gpu.uniform("view", &view), rising, &shown, &drawn_on);
         passes.extend(pass.ok_or_else(|| early("sky"))?);
     }

@@ -42,7 +42,18 @@ fn a_fixed_sun_has_no_day_and_wrong_parameters_are_named() {
             && (sun["azimuth_deg"].as_f64().unwrap() - 90.0).abs() < 1e-9
     );
     assert!(sun.get("day").is_none() && sun.get("utc").is_none(), "{sun}");
-    for (query, pointer) in [("size=8", "size"), ("time=-1", "time")] {
+    // East, in the frame of each engine; its other numbers know no frame.
+    for (axes, east) in [("unreal", "x east, y south, z up"), ("unity", "x east, y up, z north")] {
+        let engine = common.server.get(&format!("{sky}/sun.json?axes={axes}")).json();
+        assert_eq!(engine["axes"], format!("{axes}: {east}"));
+        let up = usize::from(axes == "unreal") + 1;
+        let direction = |i: usize| engine["direction"][i].as_f64().unwrap();
+        assert!((direction(0) - 0.5).abs() < 1e-9 && (direction(up) - 0.75_f64.sqrt()).abs() < 1e-9, "{engine}");
+        assert_eq!((&engine["zenith_deg"], &engine["irradiance"]), (&sun["zenith_deg"], &sun["irradiance"]));
+    }
+    for (query, pointer) in
+        [("size=8", "size"), ("time=-1", "time"), ("axes=maya", "axes"), ("axes=usd&axes=usd", "axes")]
+    {
         let answer = common.server.get(&format!("{sky}/sun.json?{query}"));
         assert_eq!(answer.status, 422, "{query}");
         assert_eq!(answer.json()["errors"][0]["pointer"], pointer, "{query}");
@@ -85,6 +96,13 @@ fn the_ambient_light_is_that_of_the_sky() {
     let data = common.server.get(&format!("{sky}/irradiance.f32?component=diffuse&peak=false&size=1")).body;
     let told = f64::from(f32::from_le_bytes(data[4..8].try_into().unwrap()));
     assert!((found / told - 1.0).abs() < 0.05, "{found} klx, not {told}");
+    // The frame of an engine names the zenith otherwise: (1,0) is z, here the south, and (1,-1) is y.
+    assert_eq!(ambient["axes"], "enu: x east, y north, z up");
+    let engine = common.server.get(&format!("{sky}/ambient.json?eye=0,0,0&axes=godot")).json();
+    assert_eq!(engine["axes"], "godot: x east, y up, z south");
+    let [level, turned] =
+        [(&ambient, [1, 2]), (&engine, [2, 1])].map(|(told, order)| order.map(|i| told["radiance"][i][0].as_f64()));
+    assert_eq!((level[0].map(|y| -y), level[1]), (turned[0], turned[1]));
     let answer = common.server.get(&format!("{sky}/ambient.json?size=8"));
     assert_eq!((answer.status, answer.json()["errors"][0]["pointer"].clone()), (422, json!("size")));
 }
