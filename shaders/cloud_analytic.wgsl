@@ -20,7 +20,7 @@
 @group(0) @binding(METHOD_BINDING + 2) var phase: texture_2d<f32>;
 
 // What comes after these.
-const METHOD_NEXT: u32 = METHOD_BINDING + 2u;
+const METHOD_NEXT: u32 = METHOD_BINDING + 3u;
 
 // Rows of the closure texture: factors of orders 1 and 2 and the flux of the higher ones; first reflected light.
 const CLOSURE_ROWS: f32 = 6.0;

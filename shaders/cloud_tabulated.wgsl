@@ -23,7 +23,7 @@
 @group(0) @binding(METHOD_BINDING + 4) var phase: texture_2d<f32>;
 
 // What comes after these.
-const METHOD_NEXT: u32 = METHOD_BINDING + 4u;
+const METHOD_NEXT: u32 = METHOD_BINDING + 5u;
 
 // The slice's axis of optical depth: octaves of remainder.depths_per_octave nodes up to SPARSE, then of one.
 const SLICE_LOG2_DEPTH_MIN: f32 = -5.0;

@@ -130,7 +130,8 @@ mod tests {
             let told = Ambient::of_panorama(&texels, [64, 32], axes);
             for normal in NORMALS {
                 let (found, wanted) = (told.irradiance_at(axes.of(normal))[2], plain.irradiance_at(normal)[2]);
-                assert!((found / wanted - 1.0).abs() < 1e-12, "{axes:?}, {normal:?}: {found}, not {wanted}");
+                // Sums of 2,048 texels, rounded in another order.
+                assert!((found / wanted - 1.0).abs() < 1e-10, "{axes:?}, {normal:?}: {found}, not {wanted}");
             }
             assert_eq!(told == plain, matches!(axes, Axes::Enu | Axes::Blender), "{axes:?}");
         }
