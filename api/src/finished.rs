@@ -17,8 +17,10 @@ pub const DIGITS: usize = 32;
 /// Name and version of the layout.
 const MAGIC: &[u8; 16] = b"skyloom-texture1";
 const DIGEST: usize = 32;
-/// Textures read or written at a time: each is in memory as a whole.
-const AT_A_TIME: usize = 4;
+/// Textures read at a time: each is in memory as a whole.
+const READ_AT_A_TIME: usize = 4;
+/// Textures written at a time: each is in memory twice, beside the budget of replies that are on their way.
+const WRITTEN_AT_A_TIME: usize = 1;
 
 /// What is told of a texture beside its bytes.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -33,18 +35,20 @@ pub struct About {
 #[derive(Clone, Debug)]
 pub struct Finished {
     store: Arc<dyn Store>,
-    places: Arc<Semaphore>,
+    reading: Arc<Semaphore>,
+    writing: Arc<Semaphore>,
 }
 
 impl Finished {
     /// Those of a store, which bounds them.
     pub fn new(store: Arc<dyn Store>) -> Self {
-        Self { store, places: Arc::new(Semaphore::new(AT_A_TIME)) }
+        let [reading, writing] = [READ_AT_A_TIME, WRITTEN_AT_A_TIME].map(|places| Arc::new(Semaphore::new(places)));
+        Self { store, reading, writing }
     }
 
     /// A texture, if it is there and sound.
     pub async fn load(&self, tag: &str) -> Option<(About, Bytes)> {
-        let _place = self.places.acquire().await.ok()?;
+        let _place = self.reading.acquire().await.ok()?;
         let (store, tag) = (Arc::clone(&self.store), tag.to_owned());
         let load = move || match store.get(&key(&tag)) {
             Ok(bytes) => {
@@ -62,9 +66,9 @@ impl Finished {
         spawn_blocking(load).await.ok().flatten()
     }
 
-    /// Keeps a texture while its reply is sent already. Where too many are being written it is not kept: it can be made again.
+    /// Keeps a texture while its reply is sent already. Where another is being written it is not kept: it can be made again.
     pub fn keep(&self, tag: &str, about: About, bytes: Bytes) {
-        let Ok(place) = Arc::clone(&self.places).try_acquire_owned() else { return };
+        let Ok(place) = Arc::clone(&self.writing).try_acquire_owned() else { return };
         let (store, tag) = (Arc::clone(&self.store), tag.to_owned());
         spawn_blocking(move || {
             let _place = place;
