@@ -2,6 +2,7 @@
 //!
 //! A job is the file `jobs/{name}.json` of the store, with a hash of itself; its frames are in the folder `jobs/{name}`.
 
+mod claim;
 mod cron;
 mod folder;
 mod handlers;
@@ -16,6 +17,7 @@ mod tests;
 
 use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::time::SystemTime;
 
 use serde_json::{Value, json};
 use skyloom::image::sha256_hex;
@@ -45,12 +47,17 @@ enum Slot {
     Lost(String),
 }
 
+/// Files of jobs by the jobs' names: when each was written, and its length. What differs is read again.
+type Seen = BTreeMap<String, (SystemTime, u64)>;
+
 /// All jobs.
 #[derive(Debug)]
 pub struct Jobs {
     store: Arc<dyn Store>,
     /// Its lock orders whoever changes jobs.
     slots: Mutex<BTreeMap<String, Slot>>,
+    /// As it was when it was looked last what other servers did.
+    seen: Mutex<Seen>,
 }
 
 impl Jobs {
@@ -62,7 +69,7 @@ impl Jobs {
 
     /// Opens what is stored, and takes in the jobs of the settings: those that the settings no longer have are dropped.
     pub fn open(store: Arc<dyn Store>, config: &Config) -> Result<Self, ApiError> {
-        let jobs = Self { store, slots: Mutex::default() };
+        let jobs = Self { store, slots: Mutex::default(), seen: Mutex::default() };
         let mut set = BTreeMap::new();
         for (number, document) in config.jobs.list.iter().enumerate() {
             let at = format!("jobs.list[{number}]");
@@ -130,6 +137,48 @@ impl Jobs {
                 Ok(Some(Slot::Works(Arc::new(Job::new(spec, frames, was_set)))))
             }
         }
+    }
+
+    /// Takes in what other servers of the store were given, and lets go of what was changed or deleted there; gives the jobs that
+    /// are to be set to work. Those of settings are each server's own.
+    pub fn catch_up(&self, config: &Config) -> Result<Vec<Arc<Job>>, ApiError> {
+        let mut slots = self.lock();
+        let entries = self.store.list(FOLDER)?;
+        let files = entries.into_iter().filter_map(|entry| {
+            let name = entry.name.strip_suffix(ENDING)?.to_owned();
+            Some((name, (entry.modified, entry.bytes)))
+        });
+        let files: Seen = files.collect();
+        slots.retain(|name, slot| {
+            let stays = files.contains_key(name) || matches!(slot, Slot::Works(job) if job.is_set);
+            if let (false, Slot::Works(job)) = (stays, slot) {
+                job.end();
+                job.frames.close();
+            }
+            stays
+        });
+        let mut seen = self.seen.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut started = Vec::new();
+        for name in files.iter().filter(|(name, file)| seen.get(*name) != Some(file)).map(|(name, _)| name) {
+            let Some(document) = self.store.get(&key(name))?.as_deref().and_then(whole) else { continue };
+            let known = slots.get(name);
+            let is_known = |slot: &Slot| matches!(slot, Slot::Works(job) if job.is_set || job.spec.document.to_string() == document.to_string());
+            if known.is_some_and(is_known) || document.get("set").is_some() {
+                continue;
+            }
+            let read = spec::inline(&document).and_then(|scene| self.spec(&document, &scene, config));
+            let Some(spec) = read.ok().filter(|spec| spec.name == *name) else { continue };
+            if let Some(Slot::Works(job)) = known {
+                job.end();
+                job.frames.close();
+            }
+            let frames = self.folder(&spec)?;
+            let job = Arc::new(Job::new(spec, frames, false));
+            slots.insert(name.clone(), Slot::Works(Arc::clone(&job)));
+            started.push(job);
+        }
+        *seen = files;
+        Ok(started)
     }
 
     fn lock(&self) -> MutexGuard<'_, BTreeMap<String, Slot>> {
@@ -267,6 +316,7 @@ impl Jobs {
         for job in app.jobs.all() {
             tokio::spawn(runner::run(Arc::clone(app), job));
         }
+        tokio::spawn(runner::follow(Arc::clone(app)));
     }
 }
 

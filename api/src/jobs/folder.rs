@@ -7,17 +7,35 @@
 use std::collections::{BTreeMap, HashSet};
 use std::fmt;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::time::{Duration, Instant, SystemTime};
 
 use axum::body::Bytes;
 use serde_json::{Value, json};
 use skyloom::image::sha256_hex;
-use skyloom::store::{Store, StoreError};
+use skyloom::store::{Entry, Store, StoreError};
 
-use super::record::{File, Frame, file_name, read_name, record_name};
+use super::claim::{Claims, Held};
+use super::record::{File, Frame, Name, file_name, read_name, record_name};
 use crate::clock;
 
 /// The frames by the moment at which they are due.
 type Frames = BTreeMap<i64, Frame>;
+
+/// Age from which a claim is nobody's.
+const OLD_CLAIM: Duration = Duration::from_secs(3600);
+/// What readers are told is no older than that.
+const FRESH: Duration = Duration::from_secs(1);
+
+/// Whose turn it is to make a frame.
+#[derive(Debug)]
+pub enum Turn {
+    /// One's own.
+    Own(Held),
+    /// Another server makes it.
+    Elsewhere,
+    /// It is there.
+    Made,
+}
 
 /// A job's folder.
 #[derive(Debug)]
@@ -25,6 +43,11 @@ pub struct FrameFolder {
     store: Arc<dyn Store>,
     folder: String,
     job: String,
+    /// What its frames are made by.
+    definition: String,
+    claims: Claims,
+    /// When the folder was looked at last.
+    looked: Mutex<Instant>,
     frames: Mutex<Frames>,
     /// Orders writers; true when nothing more is to be written.
     is_closed: Mutex<bool>,
@@ -60,8 +83,18 @@ impl FrameFolder {
     /// Looks what is there of a definition. What crashes left of frames, and frames of other definitions, are removed.
     pub fn open(store: Arc<dyn Store>, folder: String, job: &str, definition: &str) -> Result<Self, StoreError> {
         let (frames, is_closed, published) = (Mutex::default(), Mutex::default(), Mutex::default());
-        let own = Self { store, folder, job: job.to_owned(), frames, is_closed, published };
-        let names: HashSet<String> = own.store.list(&own.folder)?.into_iter().map(|entry| entry.name).collect();
+        let claims = Claims::new(Arc::clone(&store), folder.clone());
+        let (job, definition, looked) = (job.to_owned(), definition.to_owned(), Mutex::new(Instant::now()));
+        let own = Self { store, folder, job, definition, claims, looked, frames, is_closed, published };
+        let entries = own.store.list(&own.folder)?;
+        let now = SystemTime::now();
+        let claimed = |entry: &Entry| match read_name(&entry.name)? {
+            (at, Name::Claim(_)) if entry.age(now) < OLD_CLAIM => Some(at),
+            _ => None,
+        };
+        // Others may be at these.
+        let claimed: HashSet<i64> = entries.iter().filter_map(claimed).collect();
+        let names: HashSet<String> = entries.into_iter().map(|entry| entry.name).collect();
         let moments: HashSet<i64> = names.iter().filter_map(|name| Some(read_name(name)?.0)).collect();
         let mut frames = Frames::new();
         for at in moments {
@@ -69,9 +102,9 @@ impl FrameFolder {
             let text = if names.contains(&record) { own.store.get(&own.key(&record))? } else { None };
             let frame = text.as_deref().map(serde_json::from_slice::<Frame>);
             if matches!(frame, Some(Err(_))) {
-                tracing::warn!(job, record, "the record of a frame is damaged, and the frame is dropped");
+                tracing::warn!(job = own.job, record, "the record of a frame is damaged, and the frame is dropped");
             }
-            let frame = frame.and_then(Result::ok).filter(|frame| frame.definition == definition);
+            let frame = frame.and_then(Result::ok).filter(|frame| frame.definition == own.definition);
             let is_there = |frame: &Frame| frame.files.keys().all(|file| names.contains(&file_name(at, file)));
             if let Some(frame) = frame.filter(is_there) {
                 frames.insert(at, frame);
@@ -79,16 +112,68 @@ impl FrameFolder {
         }
         let stray = |name: &&String| {
             read_name(name).is_some_and(|(at, _)| {
-                frames.get(&at).is_none_or(|frame| {
-                    **name != record_name(at) && frame.files.keys().all(|file| file_name(at, file) != **name)
-                })
+                !claimed.contains(&at)
+                    && frames.get(&at).is_none_or(|frame| {
+                        **name != record_name(at) && frame.files.keys().all(|file| file_name(at, file) != **name)
+                    })
             })
         };
         for name in names.iter().filter(stray) {
-            own.store.delete(&own.key(name))?;
+            // A listing is no moment: a frame may have been finished, and its claim given back, in the midst of it.
+            let unlisted = read_name(name).map(|(at, _)| record_name(at)).filter(|record| !names.contains(record));
+            let is_finished = match unlisted {
+                Some(record) => own.store.exists(&own.key(&record))?,
+                None => false,
+            };
+            if !is_finished {
+                own.store.delete(&own.key(name))?;
+            }
         }
         *lock(&own.frames) = frames;
         Ok(own)
+    }
+
+    /// Takes in the frames that other servers made, and forgets those that they dropped.
+    pub fn look(&self) -> Result<(), StoreError> {
+        let is_closed = lock(&self.is_closed);
+        if *is_closed {
+            return Ok(());
+        }
+        *lock(&self.looked) = Instant::now();
+        let entries = self.store.list(&self.folder)?;
+        let records = entries.iter().filter_map(|entry| match read_name(&entry.name)? {
+            (at, Name::Record) => Some(at),
+            _ => None,
+        });
+        let records: HashSet<i64> = records.collect();
+        lock(&self.frames).retain(|at, _| records.contains(at));
+        let new: Vec<i64> = records.into_iter().filter(|at| !self.has(*at)).collect();
+        for at in new {
+            let text = self.store.get(&self.key(&record_name(at)))?;
+            let frame = text.and_then(|text| serde_json::from_slice::<Frame>(&text).ok());
+            if let Some(frame) = frame.filter(|frame| frame.definition == self.definition) {
+                lock(&self.frames).insert(at, frame);
+            }
+        }
+        // Of a frame that is there nobody needs a claim; its maker may have died before it gave it back.
+        let is_over = |entry: &&Entry| matches!(read_name(&entry.name), Some((at, Name::Claim(_))) if self.has(at));
+        for entry in entries.iter().filter(is_over) {
+            self.store.delete(&self.key(&entry.name))?;
+        }
+        Ok(())
+    }
+
+    /// The same for readers, unless it was looked at just now.
+    pub fn look_again(&self) -> Result<(), StoreError> {
+        if lock(&self.looked).elapsed() < FRESH { Ok(()) } else { self.look() }
+    }
+
+    /// Asks for the turn to make a frame.
+    pub fn turn(&self, at_ms: i64) -> Result<Turn, StoreError> {
+        let Some(held) = self.claims.take(at_ms)? else { return Ok(Turn::Elsewhere) };
+        // Whoever had the claim before may have finished since it was looked last.
+        self.look()?;
+        Ok(if self.has(at_ms) { Turn::Made } else { Turn::Own(held) })
     }
 
     fn key(&self, name: &str) -> String {
@@ -157,7 +242,14 @@ impl FrameFolder {
             self.store.delete(&self.key(name))?;
         }
         let all: Vec<i64> = lock(&self.frames).keys().copied().collect();
-        all.into_iter().try_for_each(|at| self.drop_frame(at))
+        all.into_iter().try_for_each(|at| self.drop_frame(at))?;
+        // Frames of other servers, claims, and what was being written.
+        for entry in self.store.list(&self.folder)? {
+            if read_name(&entry.name).is_some() {
+                self.store.delete(&self.key(&entry.name))?;
+            }
+        }
+        Ok(())
     }
 
     /// A file of a frame, if it is whole.
@@ -167,8 +259,8 @@ impl FrameFolder {
         let bytes = self.store.get(&self.key(&file_name(at_ms, file)))?;
         match bytes.filter(|bytes| sha256_hex(bytes) == known.sha256) {
             Some(bytes) => Ok(Found::Whole(bytes.into(), known.sha256)),
-            // It may have been dropped meanwhile for its age.
-            None if !self.has(at_ms) => Ok(Found::Unknown),
+            // It may have been dropped meanwhile for its age, by whichever server.
+            None if !self.has(at_ms) || !self.store.exists(&self.key(&record_name(at_ms)))? => Ok(Found::Unknown),
             None => {
                 tracing::warn!(job = self.job, file = file_name(at_ms, file), "a file of a frame is damaged or gone");
                 self.drop_frame(at_ms)?;

@@ -12,6 +12,7 @@ use skyloom::image::sha256_hex;
 use skyloom::scene::{Scene, strict_json};
 
 use super::folder::Found;
+use super::job::Job;
 use super::runner;
 use super::spec::{self, Spec, problem};
 use crate::app::{App, blocking};
@@ -157,8 +158,16 @@ fn json_document(headers: &HeaderMap, text: String) -> Result<Response, ApiError
     tagged(headers, "application/json", &sha256_hex(text.as_bytes()), text.into())
 }
 
+/// A job whose frames are known, those of other servers too.
+async fn looked(app: &Arc<App>, id: &str) -> Result<Arc<Job>, ApiError> {
+    let job = app.jobs.get(id)?;
+    let own = Arc::clone(&job);
+    blocking(move || Ok(own.frames.look_again()?)).await?;
+    Ok(job)
+}
+
 async fn latest(State(app): State<Arc<App>>, Path(id): Path<String>, headers: HeaderMap) -> Result<Response, ApiError> {
-    let job = app.jobs.get(&id)?;
+    let job = looked(&app, &id).await?;
     let document = job.frames.latest_document(app.clock.now_ms());
     json_document(&headers, document.ok_or_else(|| ApiError::NoJob(format!("job {id} has no frame that is due yet")))?)
 }
@@ -168,7 +177,7 @@ async fn manifest(
     Path(id): Path<String>,
     headers: HeaderMap,
 ) -> Result<Response, ApiError> {
-    json_document(&headers, app.jobs.get(&id)?.frames.manifest())
+    json_document(&headers, looked(&app, &id).await?.frames.manifest())
 }
 
 async fn frame(
@@ -176,7 +185,7 @@ async fn frame(
     Path((id, time, file)): Path<(String, String, String)>,
     headers: HeaderMap,
 ) -> Result<Response, ApiError> {
-    let job = app.jobs.get(&id)?;
+    let job = looked(&app, &id).await?;
     let at = clock::from_stamp(&time).or_else(|| clock::parse(&time));
     let no_frame =
         || ApiError::NoJob(format!("job {id} has no {file} of {time}; its manifest.json lists what there is"));

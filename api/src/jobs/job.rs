@@ -1,6 +1,6 @@
 //! One job: what it is to do next, by the clock and by what is there.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use serde_json::{Value, json};
@@ -14,6 +14,8 @@ use crate::clock;
 const REST_MS: i64 = 60_000;
 /// Waits after failures, ms: twice as long each time.
 const RETRY_MS: [i64; 2] = [1000, 60_000];
+/// How often it is looked whether another server made a frame, ms.
+const ELSEWHERE_MS: i64 = 1000;
 /// Due times that are counted as missed at a time.
 const MOST_MISSED: usize = 100_000;
 
@@ -45,6 +47,8 @@ struct Progress {
     retry_at: i64,
     /// Frames that were damaged and are to be made again.
     lost: BTreeSet<i64>,
+    /// Frames that other servers make, and when it is looked again whether they did.
+    elsewhere: BTreeMap<i64, i64>,
 }
 
 /// What was counted since the server started.
@@ -109,7 +113,10 @@ impl Job {
         let lost: Vec<i64> = progress.lost.iter().rev().copied().collect();
         let missed = current.map_or_else(Vec::new, |at| schedule.before(at, *catch_up));
         let wanted = current.into_iter().chain(coming).chain(lost).chain(missed);
-        let next = wanted.into_iter().find(|at| self.has_time(*at) && !self.frames.has(*at));
+        progress.elsewhere.retain(|_, until| *until > now_ms);
+        let is_open = |at: &i64| self.has_time(*at) && !self.frames.has(*at) && !progress.elsewhere.contains_key(at);
+        let next = wanted.into_iter().find(is_open);
+        let wake = progress.elsewhere.values().min().map_or(wake, |until| wake.min(*until));
         progress.making = next;
         next.map_or(Step::Wait(wake), Step::Make)
     }
@@ -127,6 +134,11 @@ impl Job {
         progress.making = None;
         progress.counts.made += 1;
         (progress.failures, progress.retry_at, progress.last_error) = (0, 0, None);
+    }
+
+    /// Another server makes a frame.
+    pub fn leave(&self, at_ms: i64, now_ms: i64) {
+        self.lock().elsewhere.insert(at_ms, now_ms + ELSEWHERE_MS);
     }
 
     /// A frame could not be made; gives the moment from which it is tried again.

@@ -1,11 +1,15 @@
 //! What runs a job: frames are made through the same queue as those of callers, as one client for all jobs.
 
+use std::convert::Infallible;
 use std::sync::Arc;
+use std::time::Duration;
 
 use axum::body::Bytes;
 use futures_util::future::{Either, select};
 use skyloom::store::StoreError;
 
+use super::claim::{BEAT, Held};
+use super::folder::Turn;
 use super::job::{Job, Step};
 use crate::app::{App, blocking};
 use crate::client::Client;
@@ -27,25 +31,31 @@ pub(super) async fn run(app: Arc<App>, job: Arc<Job>) {
 
 async fn work(app: Arc<App>, job: Arc<Job>) {
     while !job.is_gone() {
+        // What other servers made meanwhile need not be made, and was not missed.
+        let own = Arc::clone(&job);
+        if let Err(error) = blocking(move || Ok(own.frames.look()?)).await {
+            tracing::debug!(job = job.spec.name, %error, "the frames of a job could not be looked at");
+        }
         let now = app.clock.now_ms();
         let step = job.next(now);
-        let done = match step {
+        let made = match step {
             Step::Make(at) => make(&app, &job, at).await,
-            Step::Wait(_) => Ok(()),
+            Step::Wait(_) => Ok(false),
         };
         if job.is_gone() {
             return;
         }
-        let done = match done {
-            Ok(()) => publish(&app, &job).await,
+        let done = match made {
+            Ok(made) => publish(&app, &job).await.map(|()| made),
             failed => failed,
         };
         let wait = match (done, step) {
-            (Ok(()), Step::Make(_)) => {
+            (Ok(true), Step::Make(_)) => {
                 job.made();
                 continue;
             }
-            (Ok(()), Step::Wait(until)) => until,
+            (Ok(_), Step::Make(_)) => continue,
+            (Ok(_), Step::Wait(until)) => until,
             (Err(error), _) => {
                 tracing::warn!(job = job.spec.name, %error, "a frame of a job could not be made");
                 job.failed(app.clock.now_ms(), error.to_string())
@@ -60,10 +70,43 @@ async fn work(app: Arc<App>, job: Arc<Job>) {
 
 async fn publish(app: &Arc<App>, job: &Arc<Job>) -> Result<(), ApiError> {
     let (job, now) = (Arc::clone(job), app.clock.now_ms());
-    blocking(move || Ok(job.frames.trim(job.spec.keep, now).and_then(|()| job.frames.publish(now))?)).await
+    blocking(move || {
+        job.frames.look()?;
+        job.frames.trim(job.spec.keep, now)?;
+        Ok(job.frames.publish(now)?)
+    })
+    .await
 }
 
-async fn make(app: &Arc<App>, job: &Arc<Job>, at_ms: i64) -> Result<(), ApiError> {
+/// Makes a frame, if it is this server's turn; false when another one makes it, or did.
+async fn make(app: &Arc<App>, job: &Arc<Job>, at_ms: i64) -> Result<bool, ApiError> {
+    let own = Arc::clone(job);
+    let held = match blocking(move || Ok(own.frames.turn(at_ms)?)).await? {
+        Turn::Made => return Ok(false),
+        Turn::Elsewhere => {
+            job.leave(at_ms, app.clock.now_ms());
+            return Ok(false);
+        }
+        Turn::Own(held) => Arc::new(held),
+    };
+    tokio::select! {
+        done = draw(app, job, at_ms) => done.map(|()| true),
+        never = beat(Arc::clone(&held)) => match never {},
+    }
+}
+
+/// Tells the others again and again that the maker of a frame lives.
+async fn beat(held: Arc<Held>) -> Infallible {
+    loop {
+        tokio::time::sleep(BEAT).await;
+        let held = Arc::clone(&held);
+        if let Err(error) = blocking(move || Ok(held.beat()?)).await {
+            tracing::debug!(%error, "a claim could not be rewritten");
+        }
+    }
+}
+
+async fn draw(app: &Arc<App>, job: &Arc<Job>, at_ms: i64) -> Result<(), ApiError> {
     let Some(time_s) = job.spec.time_s(at_ms) else { return Ok(()) };
     let mut files: Vec<(String, Bytes)> = Vec::new();
     for texture in &job.spec.textures {
@@ -85,4 +128,22 @@ async fn make(app: &Arc<App>, job: &Arc<Job>, at_ms: i64) -> Result<(), ApiError
         Ok(kept?)
     })
     .await
+}
+
+/// How often it is looked what other servers did with jobs.
+const LOOK: Duration = Duration::from_secs(2);
+
+/// Takes in the jobs that other servers of the store were given, and lets go of those that were deleted there.
+pub(super) async fn follow(app: Arc<App>) {
+    loop {
+        tokio::select! {
+            () = tokio::time::sleep(LOOK) => {}
+            () = app.stopped() => return,
+        }
+        let own = Arc::clone(&app);
+        match blocking(move || own.jobs.catch_up(&own.config)).await {
+            Ok(jobs) => jobs.into_iter().for_each(|job| drop(tokio::spawn(run(Arc::clone(&app), job)))),
+            Err(error) => tracing::debug!(%error, "the jobs of the store could not be read"),
+        }
+    }
 }
