@@ -406,6 +406,10 @@ fn shapes_that_say_too_much_or_too_little_are_told() {
         {"flat": "top", "top_m": 900, "thickness": uniform}, {"base_m": 850, "thickness": uniform}]});
     let found = errors(&text.to_string());
     assert!(found[0].0 == "/layers/1/base_m" && found[0].1.contains("the top of layer 0"), "{found:?}");
+    // A flat base below a map of the top has the usual height when none is given, as its normal form says.
+    let text = json!({"layers": [{"flat": "base", "top": {"image": NAME, "scale_m": 100}}, {"base_m": 0, "thickness": uniform}]});
+    let found = errors(&text.to_string());
+    assert!(found[0].0 == "/layers/1/base_m" && found[0].1.contains("above 1000"), "{found:?}");
 }
 
 #[test]

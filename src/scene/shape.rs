@@ -148,7 +148,9 @@ pub(super) fn stated_height(layer: &Value, misspelt: impl Fn(&str) -> bool) -> O
     let number = |key: &str| map.get(key).and_then(Value::as_f64);
     match map.get("base_m") {
         Some(_) => number("base_m").filter(|height| BaseM::RANGE.contains(height)).map(|height| (height, "base_m")),
-        None if ["base", "top"].into_iter().any(|key| map.contains_key(key)) => None,
+        None if map.contains_key("base") => None,
+        // A map of the top and no word of the base: hung from the map. With `flat` the base is flat, and its height the default.
+        None if map.contains_key("top") && !map.contains_key("flat") => None,
         None if map.contains_key("top_m") || map.get("flat").is_some_and(|flat| flat == "top") => {
             number("top_m").filter(|height| TopM::RANGE.contains(height)).map(|height| (height, "top_m"))
         }
