@@ -17,6 +17,7 @@ mod parse;
 mod phase;
 pub mod quantity;
 mod read;
+mod schema;
 mod shape;
 mod shape_maps;
 mod spelling;
@@ -35,6 +36,7 @@ pub use model::{
     Stratocumulus, Sun, SunStand, Thickness, Wind,
 };
 pub(crate) use model::{direction, list};
+pub use schema::schema;
 pub(crate) use shape::is_fill;
 pub use shape::{DepthMap, Edge, HeightMap, Shape};
 pub(crate) use shape_maps::ShapeMaps;

@@ -19,6 +19,7 @@ use crate::finished::{self, Finished};
 use crate::gate::Gate;
 use crate::images::ImageStore;
 use crate::jobs::Jobs;
+use crate::mark;
 use crate::metrics::Metrics;
 use crate::notices;
 use crate::problem::ApiError;
@@ -125,6 +126,10 @@ impl App {
     /// Opens the store in `config.server.data` and starts the render thread with `factory`.
     pub fn open(config: Config, factory: Factory) -> Result<Self, OpenError> {
         let folder = Folder::new(&config.server.data);
+        if !config.store.create {
+            // Before anything is written at the place of a disk that is not mounted.
+            mark::of(&folder, false)?;
+        }
         folder.prepare(&["skies", "images", "tables", "jobs", finished::FOLDER, notices::FOLDER])?;
         for name in Jobs::names(&folder)? {
             folder.prepare(&[&format!("jobs/{name}")])?;
@@ -134,7 +139,9 @@ impl App {
 
     /// The same over a store.
     pub fn over(config: Config, factory: Factory, store: Arc<dyn Store>) -> Result<Self, OpenError> {
-        let watched = Arc::new(Watched::new(store));
+        let mark = mark::of(&*store, config.store.create)?;
+        // Where stores may be made, one whose folder is gone is made again.
+        let watched = Arc::new(Watched::new(store, (!config.store.create).then_some(mark)));
         let store: Arc<dyn Store> = Arc::<Watched>::clone(&watched);
         let (limits, cache) = (&config.limits, &config.cache);
         let bounded = |folder, most| Arc::new(Bounded::new(Arc::clone(&store), folder, most));

@@ -11,7 +11,7 @@ use skyloom::chart::CHARTS;
 use skyloom::request::{QUERY_PARAMETERS, TextureKind};
 
 use crate::config::{Config, Listen, LogFormat};
-use crate::{logs, serve};
+use crate::{logs, openapi, serve};
 
 mod chart;
 mod fault;
@@ -61,6 +61,7 @@ fn run(arguments: impl IntoIterator<Item = OsString>) -> Result<(), Fault> {
                 "check" => check(options),
                 "store" => store::command(options),
                 "chart" => chart::command(options),
+                "openapi" => print_openapi(),
                 _ => list_adapters(),
             }
         }
@@ -119,6 +120,11 @@ fn command() -> Command {
         )
         .subcommand(store::describe())
         .subcommand(chart_command())
+        .subcommand(
+            Command::new("openapi")
+                .about("Prints the description of the HTTP service, OpenAPI 3.1")
+                .after_help("A server answers with the same at /openapi.json.\n\nExample:\n  skyloom openapi >openapi.json"),
+        )
         .subcommand(Command::new("adapters").about("Lists the graphics devices; a star marks the one that is used"))
 }
 
@@ -317,6 +323,10 @@ fn check(options: &ArgMatches) -> Result<(), Fault> {
     to_stdout(format!("{text}\n").as_bytes())?;
     tell(path, &scene.notes());
     Ok(())
+}
+
+fn print_openapi() -> Result<(), Fault> {
+    to_stdout(format!("{:#}\n", openapi::document()).as_bytes())
 }
 
 fn list_adapters() -> Result<(), Fault> {

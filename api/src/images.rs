@@ -91,6 +91,16 @@ impl ImageStore {
         self.shelf.names()
     }
 
+    /// Forgets an image, a damaged one too; false when there is none. Whoever has it in memory goes on with it.
+    pub fn remove(&self, name: &str) -> Result<bool, StoreError> {
+        if !self.shelf.is_name(name) {
+            return Ok(false);
+        }
+        let was_there = self.shelf.remove(name)?;
+        self.decoded.invalidate(name);
+        Ok(was_there)
+    }
+
     /// The references to images that are not stored whole, as errors of the scene.
     pub fn missing(&self, references: &[ImageReference]) -> Result<Vec<FieldProblem>, ApiError> {
         let mut whole = HashSet::new();

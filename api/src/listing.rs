@@ -12,7 +12,7 @@ use crate::app::{App, blocking};
 use crate::problem::{ApiError, FieldProblem};
 
 /// Entries of a page unless another number is asked for, and at most.
-const LIMIT: [usize; 2] = [100, 1000];
+pub const LIMIT: [usize; 2] = [100, 1000];
 
 /// What of a listing is wanted.
 struct Page {

@@ -106,6 +106,8 @@ pub enum ApiError {
     NoRoute,
     /// Sky that is not registered.
     UnknownSky(String),
+    /// Image that is not stored.
+    UnknownImage(String),
     /// Texture or format that does not exist.
     UnknownTexture(String),
     /// No key, or one that is none.
@@ -160,6 +162,7 @@ impl ApiError {
             Self::Unreadable(_) => &UNREADABLE,
             Self::NoRoute => &NO_ROUTE,
             Self::UnknownSky(_) | Self::LostSky(_) => &NO_SKY,
+            Self::UnknownImage(_) => &NO_IMAGE,
             Self::UnknownTexture(_) => &NO_TEXTURE,
             Self::NoKey => &NO_KEY,
             Self::Forbidden(_) => &FORBIDDEN,
@@ -222,6 +225,7 @@ impl ApiError {
             | Self::Forbidden(detail)
             | Self::StoreFailed(detail) => detail,
             Self::UnknownSky(id) => format!("no sky {id} is registered"),
+            Self::UnknownImage(name) => format!("no image {name} is stored"),
             Self::NoRoute => NO_ROUTE.advice.to_owned(),
             Self::NoKey => NO_KEY.advice.to_owned(),
             Self::SlowBody => SLOW_BODY.advice.to_owned(),

@@ -7,7 +7,7 @@ use axum::extract::{DefaultBodyLimit, Path, Request as HttpRequest, State};
 use axum::http::{StatusCode, header};
 use axum::middleware::from_fn_with_state;
 use axum::response::{IntoResponse, Response};
-use axum::routing::{get, post};
+use axum::routing::{delete, get, post};
 use axum::{Json, Router};
 use serde_json::{Value, json};
 use skyloom::request::{Format, Request, TextureKind};
@@ -22,7 +22,10 @@ use crate::images::MEDIA_TYPES;
 use crate::problem::{ApiError, KINDS, field_problems};
 use crate::render_queue::State as RenderState;
 
-use crate::{ambient, body, bundle, film, frames, jobs, listing, points, presets, sun, textures, version, viewer};
+use crate::{
+    ambient, body, bundle, film, frames, jobs, listing, openapi, points, presets, sun, textures, upkeep, version,
+    viewer,
+};
 
 /// All routes over the shared state.
 pub fn router(app: Arc<App>) -> Router {
@@ -38,9 +41,13 @@ pub fn router(app: Arc<App>) -> Router {
         .route("/v1/skies/{id}/point.csv", get(points::csv))
         .route("/v1/skies/{id}/{file}", get(textures::get))
         .route("/v1/images", post(store_image).get(listing::images))
+        .route("/v1/images/{id}", delete(remove_image))
         .route("/v1/render", post(bundle::post))
         .route("/v1/presets", get(list_presets))
         .route("/v1/limits", get(show_limits))
+        .route("/v1/openapi.json", get(openapi::get))
+        .route("/v1/schema/scene.json", get(openapi::scene_schema))
+        .route("/openapi.json", get(openapi::get))
         .route("/metrics", get(metrics))
         .route("/health", get(live))
         .route("/health/live", get(live))
@@ -160,6 +167,22 @@ async fn store_image(State(app): State<Arc<App>>, client: Client, request: HttpR
     let status = if stored.is_new { StatusCode::CREATED } else { StatusCode::OK };
     let answer = json!({ "sha256": stored.sha256, "width": stored.width, "height": stored.height });
     Ok((status, [(header::CACHE_CONTROL, "no-store")], Json(answer)).into_response())
+}
+
+/// An image that nobody names goes; one that a sky or a job names would take their textures with it.
+async fn remove_image(State(app): State<Arc<App>>, Path(name): Path<String>) -> Result<StatusCode, ApiError> {
+    let was_there = blocking(move || {
+        if let Some(key) = upkeep::named_by(&*app.store, &name)? {
+            let (kind, id) = (if key.starts_with("jobs/") { "job" } else { "sky" }, key.trim_end_matches(".json"));
+            let id = id.rsplit('/').next().unwrap_or(id);
+            return Err(ApiError::Conflict(format!("the {kind} {id} names this image; delete it first")));
+        }
+        Ok(if app.images.remove(&name)? { None } else { Some(name) })
+    });
+    match was_there.await? {
+        None => Ok(StatusCode::NO_CONTENT),
+        Some(name) => Err(ApiError::UnknownImage(name.chars().take(64).collect())),
+    }
 }
 
 async fn list_presets() -> Result<Response, ApiError> {

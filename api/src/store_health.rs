@@ -6,6 +6,8 @@ use std::time::{Duration, Instant};
 
 use skyloom::store::{Entry, Store, StoreError};
 
+use crate::mark;
+
 /// What was written is taken to be writable for so long.
 const FRESH: Duration = Duration::from_secs(10);
 /// After a failure it is tried again no sooner.
@@ -17,6 +19,8 @@ const PROBE: &str = "probe";
 #[derive(Debug)]
 pub struct Watched {
     store: Arc<dyn Store>,
+    /// The mark that it has to have, if it is to be the same one always.
+    mark: Option<Vec<u8>>,
     seen: Mutex<Seen>,
     failures: AtomicU64,
 }
@@ -30,8 +34,8 @@ struct Seen {
 
 impl Watched {
     /// Watches a store that was just prepared.
-    pub fn new(store: Arc<dyn Store>) -> Self {
-        Self { store, seen: Mutex::new(Seen { at: Instant::now(), fault: None }), failures: AtomicU64::new(0) }
+    pub fn new(store: Arc<dyn Store>, mark: Option<Vec<u8>>) -> Self {
+        Self { store, mark, seen: Mutex::new(Seen { at: Instant::now(), fault: None }), failures: AtomicU64::new(0) }
     }
 
     fn lock(&self) -> MutexGuard<'_, Seen> {
@@ -58,6 +62,11 @@ impl Watched {
     /// How often the store could not do what was asked.
     pub fn failures(&self) -> u64 {
         self.failures.load(Ordering::Relaxed)
+    }
+
+    /// Nothing is written into what is not this store.
+    fn is_it(&self) -> Result<(), StoreError> {
+        self.mark.as_ref().map_or(Ok(()), |mark| mark::look(&*self.store, mark))
     }
 
     fn note<T>(&self, done: Result<T, StoreError>) -> Result<T, StoreError> {
@@ -88,11 +97,11 @@ impl Store for Watched {
     }
 
     fn put(&self, key: &str, bytes: &[u8]) -> Result<(), StoreError> {
-        self.note_written(self.store.put(key, bytes))
+        self.note_written(self.is_it().and_then(|()| self.store.put(key, bytes)))
     }
 
     fn create(&self, key: &str, bytes: &[u8]) -> Result<bool, StoreError> {
-        self.note_written(self.store.create(key, bytes))
+        self.note_written(self.is_it().and_then(|()| self.store.create(key, bytes)))
     }
 
     fn delete(&self, key: &str) -> Result<bool, StoreError> {

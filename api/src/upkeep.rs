@@ -4,4 +4,4 @@ mod check;
 mod gc;
 
 pub use check::{Finding, check};
-pub use gc::{Removal, leftovers, outdated, remove, sweep};
+pub use gc::{Removal, leftovers, named_by, outdated, remove, sweep};

@@ -27,6 +27,13 @@ pub struct QueryParameter {
     pub(super) write: fn(&Request) -> Option<String>,
 }
 
+impl QueryParameter {
+    /// Whether a text is one of its values, of a format that has them all but for `depth`, which goes with the format.
+    pub fn takes(&self, text: &str) -> bool {
+        (self.read)(&mut Given::new(Format::Exr), text).is_some()
+    }
+}
+
 /// Every query parameter.
 pub const QUERY_PARAMETERS: &[QueryParameter] = &[
     QueryParameter {

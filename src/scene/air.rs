@@ -38,8 +38,8 @@ pub struct AirColumn {
 }
 
 /// A kind of air by name: depth at 550 nm, Ångström's exponent, asymmetry, albedo, scale height in m, molecules.
-struct Preset {
-    name: &'static str,
+pub(super) struct Preset {
+    pub(super) name: &'static str,
     aerosol: [f64; 5],
     rayleigh: f64,
 }
@@ -48,7 +48,7 @@ struct Preset {
 /// Schult, "Optical properties of aerosols and clouds", 1998): continental clean, average and polluted, maritime clean,
 /// desert. Scale heights: particles of the ground within the lowest 1 to 2 km, dust to 3 km. The mountain stands at 3000 m, above 30 %
 /// of the molecules and most of the particles.
-const PRESETS: [Preset; 6] = [
+pub(super) const PRESETS: [Preset; 6] = [
     Preset { name: "clear", aerosol: [0.064, 1.4, 0.709, 0.972, 1500.0], rayleigh: 1.0 },
     Preset { name: "continental", aerosol: [0.151, 1.4, 0.703, 0.925, 1500.0], rayleigh: 1.0 },
     Preset { name: "maritime", aerosol: [0.096, 0.1, 0.772, 0.997, 1000.0], rayleigh: 1.0 },

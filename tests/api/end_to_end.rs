@@ -3,12 +3,15 @@
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test stops where it fails")]
 
 mod access;
+mod attack;
 mod bad_input;
 mod bundle;
 mod caching;
 mod command_line;
 mod crowds;
 mod damage;
+mod deploy;
+mod description;
 mod film;
 mod frames;
 mod harness;
@@ -19,5 +22,8 @@ mod letter;
 mod lifecycle;
 mod observed;
 mod points;
+#[path = "../common/schema.rs"]
+mod schema_tools;
 mod sun;
 mod textures;
+mod together;

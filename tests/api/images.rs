@@ -47,6 +47,23 @@ fn an_image_is_stored_once_under_its_digest() {
 }
 
 #[test]
+fn an_image_goes_when_nobody_names_it() {
+    let common = common();
+    let image = common.server.post_image("image/png", &ramp(37)).json()["sha256"].as_str().unwrap().to_owned();
+    let path = format!("/v1/images/{image}");
+    let sky = common.server.sky(&mapped(&json!(image), 100.0));
+    let problem = common.server.ask("DELETE", &path, &[], b"").problem(409);
+    let id = sky.rsplit('/').next().unwrap();
+    assert!(problem["detail"].as_str().unwrap().contains(id), "{problem}");
+    assert_eq!(common.server.ask("DELETE", &sky, &[], b"").status, 204);
+    assert_eq!(common.server.ask("DELETE", &path, &[], b"").status, 204);
+    let problem = common.server.ask("DELETE", &path, &[], b"").problem(404);
+    assert_eq!(problem["type"], "/problems/unknown-image");
+    common.server.ask("DELETE", "/v1/images/..%2Fskies", &[], b"").problem(404);
+    common.server.post_scene(mapped(&json!(image), 100.0).to_string().as_bytes()).problem(422);
+}
+
+#[test]
 fn a_truncated_png_is_unreadable() {
     let common = common();
     let bytes = ramp(64);

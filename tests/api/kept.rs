@@ -290,6 +290,40 @@ fn a_disk_that_is_full_or_read_only_is_told_and_all_goes_on_when_it_is_not() {
 }
 
 #[test]
+fn the_place_of_a_disk_that_is_not_mounted_is_no_store() {
+    let place = tempfile::tempdir().unwrap();
+    let (folder, away) = (place.path().join("data"), place.path().join("away"));
+    let file = settings(place.path(), "[store]\ncreate = false\n");
+    let empty = || fs::read_dir(&folder).unwrap().count() == 0;
+    fs::create_dir(&folder).unwrap();
+    let told = program()
+        .args(["serve", "--listen", "127.0.0.1:0", "--config", &file, "--data"])
+        .arg(&folder)
+        .output()
+        .unwrap();
+    let words = String::from_utf8_lossy(&told.stderr);
+    assert!(told.status.code() == Some(1) && words.contains("is the disk of the store mounted?"), "{words}");
+    assert!(empty());
+    // It is made once, and found from then on.
+    Server::start(&folder, &[], &[]).kill();
+    let server = Server::start(&folder, &["--config", &file], &[]);
+    server.is_ready();
+    let sky = server.sky(&sun(31));
+    server.expect_in_log("the store cannot be written");
+    fs::rename(&folder, &away).unwrap();
+    fs::create_dir(&folder).unwrap();
+    let problem = server.post_scene(sun(32).to_string().as_bytes()).problem(503);
+    assert!(problem["detail"].as_str().unwrap().contains("was the disk of the store unmounted?"), "{problem}");
+    server.get("/health/ready").problem(503);
+    assert!(empty(), "nothing is written there");
+    fs::remove_dir(&folder).unwrap();
+    fs::rename(&away, &folder).unwrap();
+    eventually("recovery", || (server.get("/health/ready").status == 200).then_some(()));
+    assert_eq!(server.get(&sky).status, 200);
+    assert_eq!(server.post_scene(sun(32).to_string().as_bytes()).status, 201);
+}
+
+#[test]
 fn nothing_acknowledged_is_lost_by_fifty_kills() {
     let data = tempfile::tempdir().unwrap();
     let (mut skies, mut images) = (Vec::new(), Vec::new());

@@ -6,6 +6,9 @@ mod documentation;
 mod encoding;
 mod fields;
 mod names;
+mod schema;
+#[path = "../common/schema.rs"]
+mod schema_tools;
 
 use serde_json::{Value, json};
 use skyloom::scene::{Scene, SceneError};

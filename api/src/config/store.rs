@@ -6,6 +6,8 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Store {
+    /// Whether an empty folder becomes a new store; else it is taken for the place of a disk that is not mounted.
+    pub create: bool,
     /// Bytes of kept tables; beyond, those that were not used for longest go.
     pub table_bytes: u64,
     /// Bytes of finished textures; beyond, those that were not used for longest go. 0 keeps none.
@@ -18,6 +20,6 @@ pub struct Store {
 
 impl Default for Store {
     fn default() -> Self {
-        Self { table_bytes: 16 << 30, texture_bytes: 1 << 30, sky_days: 0, image_days: 0 }
+        Self { create: true, table_bytes: 16 << 30, texture_bytes: 1 << 30, sky_days: 0, image_days: 0 }
     }
 }

@@ -28,9 +28,11 @@ kinds! {
         "The body is not well-formed JSON in UTF-8, the image file is broken, or what was compressed is not whole. The detail \
          says where reading stopped.";
     NO_ROUTE = "no-such-route", NOT_FOUND, "No such address",
-        "The routes are /v1/skies, /v1/images, /v1/jobs, /v1/render, /v1/presets, /v1/limits, /metrics, /health/live, /health/ready and the viewer at /.";
+        "The routes are /v1/skies, /v1/images, /v1/jobs, /v1/render, /v1/presets, /v1/limits, /v1/schema/scene.json, /openapi.json, /metrics, /health/live, /health/ready and the viewer at /.";
     NO_SKY = "unknown-sky", NOT_FOUND, "No such sky",
         "Skies are registered with POST /v1/skies, which answers with their id and links. One that was deleted, or that the disk damaged, can be registered again.";
+    NO_IMAGE = "unknown-image", NOT_FOUND, "No such image",
+        "Images are named by their SHA-256; GET /v1/images lists them, and POST /v1/images answers with the name of a new one.";
     NO_TEXTURE = "unknown-texture", NOT_FOUND, "No such texture",
         "A texture's address is /v1/skies/{id}/{texture}.{format}; the links of GET /v1/skies/{id} list them.";
     NO_JOB = "unknown-job", NOT_FOUND, "No such job or frame",

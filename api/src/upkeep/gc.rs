@@ -89,6 +89,23 @@ fn named_images(store: &dyn Store, except: &HashSet<&str>) -> Result<HashSet<Str
     Ok(named)
 }
 
+/// A registered sky or a job that names an image, by its key in the store.
+pub fn named_by(store: &dyn Store, image: &str) -> Result<Option<String>, StoreError> {
+    if !is_hex(image, 64) {
+        return Ok(None);
+    }
+    for folder in ["skies", "jobs"] {
+        for entry in store.list(folder)? {
+            let key = format!("{folder}/{}", entry.name);
+            let text = store.get(&key)?.unwrap_or_default();
+            if text.windows(image.len()).any(|part| part == image.as_bytes()) {
+                return Ok(Some(key));
+            }
+        }
+    }
+    Ok(None)
+}
+
 /// What killed writers left, and frames of jobs that are no more.
 pub fn leftovers(store: &dyn Upkeep, now: SystemTime) -> Result<Vec<Removal>, StoreError> {
     let all = store.survey()?;
