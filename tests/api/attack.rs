@@ -315,6 +315,6 @@ fn whatever_is_sent_the_answer_is_one_that_is_described() {
         let statuses: Vec<u16> = seen.keys().filter(|(seen, _)| *seen == id).map(|(_, status)| *status).collect();
         assert!(statuses.iter().any(|status| *status < 400), "{id}: {statuses:?}");
     }
-    println!("{seen:#?}");
+    eprintln!("{seen:#?}");
     server.goes_on();
 }

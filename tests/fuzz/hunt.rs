@@ -86,7 +86,7 @@ fn hunt(what: &str, count: usize, mut make: impl FnMut(&mut Random) -> Vec<u8>, 
             Err(_) => panic!("{what}: an input fails: {}", kept(what, &input)),
         }
     }
-    println!("{what}: {count} inputs, {count_taken} taken, {:.1} s", start.elapsed().as_secs_f64());
+    eprintln!("{what}: {count} inputs, {count_taken} taken, {:.1} s", start.elapsed().as_secs_f64());
     assert!(count_taken > 0 && count_taken < count, "{what}: {count_taken} of {count} inputs were taken");
 }
 
