@@ -162,7 +162,8 @@ impl Jobs {
         for name in files.iter().filter(|(name, file)| seen.get(*name) != Some(file)).map(|(name, _)| name) {
             let Some(document) = self.store.get(&key(name))?.as_deref().and_then(whole) else { continue };
             let known = slots.get(name);
-            let is_known = |slot: &Slot| matches!(slot, Slot::Works(job) if job.is_set || job.spec.document.to_string() == document.to_string());
+            let is_known =
+                |slot: &Slot| matches!(slot, Slot::Works(job) if job.is_set || job.spec.document == document);
             if known.is_some_and(is_known) || document.get("set").is_some() {
                 continue;
             }

@@ -55,12 +55,15 @@ fn silence() {
     });
 }
 
+/// An input that is being tried, and since when.
+type Case = (Instant, Vec<u8>);
+
 /// Tries inputs; `taken` tells of one whether it was taken, and panics where something is wrong.
 fn hunt(what: &str, count: usize, mut make: impl FnMut(&mut Random) -> Vec<u8>, taken: impl Fn(&[u8]) -> bool) {
     silence();
     let mut random = Random(seed());
     let (start, mut count_taken) = (Instant::now(), 0);
-    let at_work: Arc<Mutex<Option<(Instant, Vec<u8>)>>> = Arc::default();
+    let at_work: Arc<Mutex<Option<Case>>> = Arc::default();
     let watched = Arc::clone(&at_work);
     let name = what.to_owned();
     // Ends with the test: a thread that hangs cannot be ended, so the program is.

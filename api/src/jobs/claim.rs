@@ -20,13 +20,16 @@ pub(super) const BEAT: Duration = Duration::from_secs(1);
 /// A claim that stayed the same for so long is given up.
 const LEASE: Duration = Duration::from_secs(5);
 
+/// A claim of somebody else: its number, what it held, since when.
+type Seen = (u32, Vec<u8>, Instant);
+
 /// The claims in a job's folder.
 #[derive(Debug)]
 pub(super) struct Claims {
     store: Arc<dyn Store>,
     folder: String,
     /// Claims of others: what was seen of each, and since when it has been the same.
-    others: Mutex<BTreeMap<i64, (u32, Vec<u8>, Instant)>>,
+    others: Mutex<BTreeMap<i64, Seen>>,
 }
 
 /// A claim of one's own; given back when dropped.
