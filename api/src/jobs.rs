@@ -153,7 +153,10 @@ impl Jobs {
             let stays = files.contains_key(name) || matches!(slot, Slot::Works(job) if job.is_set);
             if let (false, Slot::Works(job)) = (stays, slot) {
                 job.end();
-                job.frames.close();
+                // What was written here before the deletion was known goes too.
+                if let Err(error) = job.frames.clear() {
+                    tracing::warn!(job = name, %error, "files of a deleted job stay");
+                }
             }
             stays
         });
