@@ -22,13 +22,14 @@ mod pixels;
 mod precision;
 mod radiance;
 mod shared;
+mod specular;
 
 pub use self::encoded::Encoded;
 pub use self::error::{At, EncodeError};
 pub use self::metadata::{Frame, Metadata, Place};
 pub use self::mips::{Level, levels};
 pub use self::openexr::{Depth, to_exr};
-pub use self::output::{Alpha, Coding, Container, Format, Linear, Output, Packed};
+pub use self::output::{Alpha, Coding, Container, Format, Linear, Mips, Output, Packed};
 pub use self::parts::to_multi_part;
 pub use self::picture::{Exposure, METERED_GREY, Picture, PictureDepth, Tonemap, metered_white, to_png};
 pub use self::pixels::Pixels;

@@ -6,7 +6,7 @@ use half::f16;
 use proptest::prelude::*;
 use skyloom::axes::Axes;
 use skyloom::encode::{
-    Alpha, Coding, Container, Depth, EncodeError, Format, Frame, Level, Linear, Metadata, Output, Packed, Pixels,
+    Alpha, Coding, Container, Depth, EncodeError, Format, Frame, Level, Linear, Metadata, Mips, Output, Packed, Pixels,
     encode, levels,
 };
 use skyloom::projection::{Sphere, SphereLayout};
@@ -14,6 +14,8 @@ use skyloom::request::{Request, RequestError};
 
 #[path = "formats/blocks.rs"]
 mod blocks;
+#[path = "formats/specular.rs"]
+mod specular;
 
 const RGB: [&str; 3] = ["R", "G", "B"];
 const RGBA: [&str; 4] = ["R", "G", "B", "A"];
@@ -84,7 +86,7 @@ fn file(
     Ok(encode(&pixels, &metadata(projection), output, 1.0)?.bytes)
 }
 
-fn packed(container: Container, coding: Coding, mips: bool) -> Output {
+fn packed(container: Container, coding: Coding, mips: Mips) -> Output {
     Output::Packed(Packed { container, linear: Linear::default(), coding, mips })
 }
 
@@ -150,7 +152,8 @@ fn another_reader_finds_every_level_of_a_ktx2_texture() {
     ] {
         let names = if channels == 1 { &["Y"][..] } else { &RGBA[..channels] };
         let data = light(37 * 20, channels);
-        let bytes_of_file = file(&packed(Container::Ktx2, coding, true), size, names, &data, "equirect").unwrap();
+        let bytes_of_file =
+            file(&packed(Container::Ktx2, coding, Mips::Means), size, names, &data, "equirect").unwrap();
         let reader = ktx2::Reader::new(bytes_of_file.as_slice()).unwrap();
         let header = reader.header();
         assert_eq!((header.format, header.face_count, header.level_count), (Some(format), 1, 6));
@@ -193,7 +196,7 @@ fn another_reader_finds_every_level_of_a_dds_texture() {
     ] {
         let names = if channels == 1 { &["Y"][..] } else { &RGBA[..channels] };
         let data = light(16 * 12, channels);
-        let file = file(&packed(Container::Dds, coding, true), size, names, &data, "plane").unwrap();
+        let file = file(&packed(Container::Dds, coding, Mips::Means), size, names, &data, "plane").unwrap();
         let dds = Dds::read(file.as_slice()).unwrap();
         assert_eq!([dds.get_width(), dds.get_height(), dds.get_num_mipmap_levels()], [16, 12, 5]);
         let header = dds.header10.as_ref().unwrap();
@@ -239,11 +242,11 @@ fn faces_of_a_cube_lie_where_the_containers_have_them() {
     };
     let data: Vec<f32> = (0..6 * SIDE * SIDE).flat_map(texel).collect();
     let coding = Coding::Float(Depth::Half);
-    let ktx = file(&packed(Container::Ktx2, coding, true), size, &RGB, &data, "cube").unwrap();
+    let ktx = file(&packed(Container::Ktx2, coding, Mips::Means), size, &RGB, &data, "cube").unwrap();
     let reader = ktx2::Reader::new(ktx.as_slice()).unwrap();
     let header = reader.header();
     assert_eq!([header.pixel_width, header.pixel_height, header.face_count, header.level_count], [8, 8, 6, 4]);
-    let dds = file(&packed(Container::Dds, coding, true), size, &RGB, &data, "cube").unwrap();
+    let dds = file(&packed(Container::Dds, coding, Mips::Means), size, &RGB, &data, "cube").unwrap();
     let dds = Dds::read(dds.as_slice()).unwrap();
     assert!(dds.header.caps2.contains(Caps2::CUBEMAP | Caps2::CUBEMAP_ALLFACES));
     assert!(dds.header10.as_ref().unwrap().misc_flag.contains(MiscFlag::TEXTURECUBE));
@@ -275,8 +278,8 @@ fn values_that_a_coding_cannot_hold_are_refused_by_name() {
         let error = file(output, [1, 1], &RGB, data, "plane").unwrap_err();
         (error.field(), error.to_string())
     };
-    let shared = packed(Container::Ktx2, Coding::Rgb9e5, false);
-    let half = packed(Container::Dds, Coding::Float(Depth::Half), false);
+    let shared = packed(Container::Ktx2, Coding::Rgb9e5, Mips::None);
+    let half = packed(Container::Dds, Coding::Float(Depth::Half), Mips::None);
     for (output, data, field, told) in [
         (shared, [1.0, 70_000.0, 0.0], "scale", "0 to 65408"),
         (shared, [1.0, -0.5, 0.0], "scale", "channel G, column 0, row 0"),
@@ -357,7 +360,7 @@ fn straight_colours_are_weighted_by_what_is_seen_of_them() {
     let bytes = file(
         &Output::Packed(Packed {
             linear: Linear { scale: 1.0, alpha: Alpha::Straight },
-            mips: true,
+            mips: Mips::Means,
             ..Packed::new(Container::Ktx2)
         }),
         [2, 1],

@@ -6,7 +6,9 @@ import { EffectComposer } from "three/addons/postprocessing/EffectComposer.js";
 import { RenderPass } from "three/addons/postprocessing/RenderPass.js";
 import { OutputPass } from "three/addons/postprocessing/OutputPass.js";
 
-const PRESET = new URLSearchParams(location.search).get("preset") || "fair-weather";
+const asked = new URLSearchParams(location.search);
+const PRESET = asked.get("preset") || "fair-weather";
+const SKY = asked.get("sky"); // the id of a sky that is registered already, instead of a preset
 const SIZE = 512;
 const EVERY_S = 5;
 const EYE_M = 7000; // where the panorama is seen from
@@ -25,9 +27,15 @@ const load = async (url) => {
   return texture;
 };
 
+async function registered() {
+  if (SKY) return json(`/v1/skies/${encodeURIComponent(SKY)}`);
+  const preset = (await json("/v1/presets")).find(({ name }) => name === PRESET);
+  if (!preset) throw new Error(`no preset is named ${PRESET}`);
+  return json("/v1/skies", { method: "POST", headers: { "content-type": "application/json" }, body: JSON.stringify(preset.scene) });
+}
+
 async function start() {
-  const { scene: wanted } = (await json("/v1/presets")).find(({ name }) => name === PRESET);
-  const sky = await json("/v1/skies", { method: "POST", headers: { "content-type": "application/json" }, body: JSON.stringify(wanted) });
+  const sky = await registered();
   const { links, scene: normal } = sky;
   const km = normal.domain.extent_m / 1000;
   const baseKm = Math.min(...normal.layers.map((layer) => layer.base_m ?? 1000)) / 1000;
@@ -115,7 +123,7 @@ async function start() {
         shared[name].value?.dispose();
         shared[name].value = made[i];
       });
-      told.textContent = `${PRESET}, clouds of ${new Date(at).toLocaleTimeString()}, every ${EVERY_S} s; drag to turn`;
+      told.textContent = `${SKY ?? PRESET}, clouds of ${new Date(at).toLocaleTimeString()}, every ${EVERY_S} s; drag to turn`;
     } catch (error) {
       told.textContent = String(error);
     } finally {

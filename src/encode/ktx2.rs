@@ -25,7 +25,7 @@ fn format(layout: Layout) -> [u32; 2] {
 }
 
 pub(super) fn file(texture: &DeviceTexture, metadata: &Metadata) -> Vec<u8> {
-    let (descriptor, words) = (descriptor(texture), words(metadata));
+    let (descriptor, words) = (descriptor(texture), words(metadata, texture.roughness.clone()));
     let count = texture.levels.len();
     let faces = texture.levels.first().map_or(1, Vec::len) as u32;
     let dfd = HEAD + PLACE * count;
@@ -102,8 +102,11 @@ fn descriptor(texture: &DeviceTexture) -> Vec<u8> {
 }
 
 /// Names with their words.
-fn words(metadata: &Metadata) -> Vec<u8> {
-    let own = metadata.in_words().into_iter().map(|(name, value)| (format!("skyloom:{name}"), value));
+fn words(metadata: &Metadata, roughness: Option<String>) -> Vec<u8> {
+    let mut own = metadata.in_words();
+    own.extend(roughness.map(|words| ("roughness", words)));
+    own.sort_unstable();
+    let own = own.into_iter().map(|(name, value)| (format!("skyloom:{name}"), value));
     let writer = format!("skyloom {}", metadata.version);
     let standard = [("KTXorientation".to_owned(), "rd".to_owned()), ("KTXwriter".to_owned(), writer)];
     let mut bytes = Vec::new();

@@ -28,6 +28,17 @@ pub fn levels(picture: Level, channels: usize, straight: bool) -> Vec<Level> {
     levels
 }
 
+/// The same of several faces: the faces of each level.
+pub(super) fn levels_of_faces(faces: Vec<Level>, channels: usize, straight: bool) -> Vec<Vec<Level>> {
+    let mut all: Vec<Vec<Level>> = Vec::new();
+    for face in faces {
+        let levels = levels(face, channels, straight);
+        all.resize_with(levels.len(), Vec::new);
+        all.iter_mut().zip(levels).for_each(|(faces, level)| faces.push(level));
+    }
+    all
+}
+
 /// Places of the level before that a texel covers, with their shares, which sum to 1.
 fn covered(from: usize, to: usize) -> Vec<Vec<(usize, f64)>> {
     let part = |texel: usize| {

@@ -135,8 +135,20 @@ pub struct Packed {
     pub linear: Linear,
     /// How a texel is packed.
     pub coding: Coding,
-    /// Whether there are mip levels, to one texel.
-    pub mips: bool,
+    /// Which mip levels there are besides the first.
+    pub mips: Mips,
+}
+
+/// Smaller levels of a texture, each half as wide as the one before, to one texel.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Mips {
+    /// None.
+    #[default]
+    None,
+    /// Means of light.
+    Means,
+    /// Of a cube map: as ever rougher mirrors show it.
+    Specular,
 }
 
 /// A container of textures.
@@ -177,10 +189,16 @@ impl Coding {
     }
 }
 
+impl Mips {
+    /// All of them, with their words in a query.
+    pub(crate) const ALL: [(&'static str, Self); 3] =
+        [("false", Self::None), ("true", Self::Means), ("specular", Self::Specular)];
+}
+
 impl Packed {
     /// A container with the defaults of its settings.
     pub fn new(container: Container) -> Self {
-        Self { container, linear: Linear::default(), coding: Coding::Float(Depth::Half), mips: false }
+        Self { container, linear: Linear::default(), coding: Coding::Float(Depth::Half), mips: Mips::None }
     }
 }
 

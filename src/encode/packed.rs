@@ -8,14 +8,14 @@ use super::channels::channels;
 use super::encoded::Encoded;
 use super::error::EncodeError;
 use super::metadata::Metadata;
-use super::mips::{Level, levels};
+use super::mips::{self, Level};
 use super::openexr::Depth;
-use super::output::{Alpha, Coding, Container, Packed};
+use super::output::{Alpha, Coding, Container, Mips, Packed};
 use super::picture::check_mask;
 use super::pixels::Pixels;
 use super::precision::check_half;
 use super::shared::{Range, check, rgb9e5};
-use super::{dds, ktx2};
+use super::{dds, ktx2, specular};
 
 /// Faces of a cube.
 const FACES: usize = 6;
@@ -28,6 +28,8 @@ pub(super) struct DeviceTexture {
     pub(super) layout: Layout,
     /// The faces of each level, the largest level first; one face, or those of a cube: +x, -x, +y, -y, +z, -z.
     pub(super) levels: Vec<Vec<Vec<u8>>>,
+    /// Roughness of the mirror that shows a level, in words.
+    pub(super) roughness: Option<String>,
     /// Whether alpha multiplies the colours, if there is alpha.
     pub(super) premultiplied: Option<bool>,
 }
@@ -94,23 +96,22 @@ pub(super) fn to_packed(pixels: &Pixels<'_>, metadata: &Metadata, packed: &Packe
     let faces = if metadata.projection.as_deref() == Some("cube") { FACES } else { 1 };
     let (width, height) = (pixels.width as usize, pixels.height as usize / faces);
     let straight = pixels.alpha == Alpha::Straight;
-    let mut packed_levels: Vec<Vec<Vec<u8>>> = Vec::new();
-    for face in pixels.data.chunks(width * height * channels_of_texel) {
-        let all = if packed.mips {
-            levels(Level { width, height, data: face.to_vec() }, channels_of_texel, straight)
-        } else {
-            vec![Level { width, height, data: face.to_vec() }]
-        };
-        packed_levels.resize(all.len(), Vec::new());
-        for (faces, level) in packed_levels.iter_mut().zip(&all) {
-            faces.push(pack(level, channels_of_texel, layout));
-        }
-    }
+    let each = pixels.data.chunks(width * height * channels_of_texel);
+    let each: Vec<Level> = each.map(|face| Level { width, height, data: face.to_vec() }).collect();
+    let all = match packed.mips {
+        Mips::None => vec![each],
+        Mips::Means => mips::levels_of_faces(each, channels_of_texel, straight),
+        Mips::Specular => specular::levels(each, channels_of_texel),
+    };
+    let packed_level = |faces: &Vec<Level>| faces.iter().map(|face| pack(face, channels_of_texel, layout)).collect();
+    let packed_levels: Vec<Vec<Vec<u8>>> = all.iter().map(packed_level).collect();
     let texture = DeviceTexture {
         width: pixels.width,
         // A part of a height.
         height: height as u32,
         layout,
+        roughness: (packed.mips == Mips::Specular && packed_levels.len() > 1)
+            .then(|| format!("level / {}", packed_levels.len() - 1)),
         levels: packed_levels,
         premultiplied: pixels.channels.contains(&"A").then_some(!straight),
     };

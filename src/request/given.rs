@@ -4,7 +4,7 @@ use super::texture_request::Request;
 use super::wanted::{Cloud, Component, GroundLight, Irradiance, Shadow, Sky, TextureKind, Wanted};
 use crate::axes::Axes;
 use crate::encode::{
-    Alpha, Coding, Container, Depth, Exposure, Format, Linear, Output, Packed, Picture, PictureDepth, Tonemap,
+    Alpha, Coding, Container, Depth, Exposure, Format, Linear, Mips, Output, Packed, Picture, PictureDepth, Tonemap,
 };
 use crate::method::{CumulusMethod, Method, Reference, Transport};
 use crate::projection::{Plane, Side, Sphere, SphereLayout, Viewer};
@@ -51,7 +51,7 @@ pub(super) struct Given {
     pub(super) depth: Option<u32>,
     /// Another coding than floats.
     pub(super) coding: Option<Coding>,
-    pub(super) mips: bool,
+    pub(super) mips: Mips,
 }
 
 impl Given {
@@ -87,7 +87,7 @@ impl Given {
             mask: false,
             depth: None,
             coding: None,
-            mips: false,
+            mips: Mips::None,
         }
     }
 
@@ -117,6 +117,15 @@ impl Given {
             };
             if !why.is_empty() {
                 return Some(("coding", format!("\"{}\" {why}", coding.name())));
+            }
+        }
+        if self.mips == Mips::Specular && matches!(self.format, Format::Ktx2 | Format::Dds) {
+            let is_cube = matches!(texture, TextureKind::Sky | TextureKind::Compass) && self.layout == "cube";
+            if !is_cube {
+                return Some((
+                    "mips",
+                    "\"specular\" is for a sky with projection=cube; allowed: false, true".to_owned(),
+                ));
             }
         }
         let too_wide = self.fov_deg.filter(|fov_deg| self.layout == "camera" && *fov_deg > MAX_CAMERA_FOV_DEG)?;

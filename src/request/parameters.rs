@@ -4,7 +4,7 @@ use super::given::{CAMERA_FOV_DEG, FISHEYE_FOV_DEG, Given};
 use super::texture_request::Request;
 use super::wanted::Component;
 use crate::axes::Axes;
-use crate::encode::{Alpha, Coding, Exposure, Format, Output, Packed, Picture, Tonemap};
+use crate::encode::{Alpha, Coding, Exposure, Format, Mips, Output, Packed, Picture, Tonemap};
 use crate::method::{CumulusMethod, Method, Reference, Transport};
 use crate::projection::{Side, SphereLayout, Viewer};
 use crate::scene::Scene;
@@ -350,12 +350,14 @@ pub const QUERY_PARAMETERS: &[QueryParameter] = &[
     },
     QueryParameter {
         name: "mips",
-        values: "true | false",
+        values: "true | false | specular",
         default: "false",
-        meaning: "KTX2 and DDS have all mip levels, to one texel: means of light",
-        read: |given, text| set(&mut given.mips, word(text, &[("true", true), ("false", false)])),
+        meaning: "KTX2 and DDS have all mip levels, to one texel: means of light, or, of `projection=cube`, the sky in [ever rougher mirrors](#containers-for-devices)",
+        read: |given, text| set(&mut given.mips, word(text, &Mips::ALL)),
         write: |request| match request.output {
-            Output::Packed(Packed { mips, .. }) => Some(mips.to_string()),
+            Output::Packed(Packed { mips, .. }) => {
+                Mips::ALL.iter().find(|(_, same)| *same == mips).map(|(word, _)| (*word).to_owned())
+            }
             _ => None,
         },
     },

@@ -3,7 +3,7 @@
 use ddsfile::{Dds, DxgiFormat};
 use half::f16;
 use proptest::prelude::*;
-use skyloom::encode::{Coding, Container, EncodeError, Level, Output, Packed, Pixels, encode, levels};
+use skyloom::encode::{Coding, Container, EncodeError, Level, Mips, Output, Packed, Pixels, encode, levels};
 
 use crate::{RGB, file, light, metadata, packed};
 
@@ -69,11 +69,11 @@ fn another_decoder_finds_the_light_of_blocks() {
         };
         let names = if channels == 1 { &["Y"][..] } else { &RGB };
         let all = levels(Level { width, height, data: data.clone() }, channels, false);
-        let bytes = file(&packed(Container::Ktx2, coding, true), size, names, &data, "equirect").unwrap();
+        let bytes = file(&packed(Container::Ktx2, coding, Mips::Means), size, names, &data, "equirect").unwrap();
         let reader = ktx2::Reader::new(bytes.as_slice()).unwrap();
         assert_eq!((reader.header().format, reader.levels().len()), (Some(format), all.len()));
         assert_eq!(reader.header().type_size, 1);
-        let dds = file(&packed(Container::Dds, coding, true), size, names, &data, "equirect").unwrap();
+        let dds = file(&packed(Container::Dds, coding, Mips::Means), size, names, &data, "equirect").unwrap();
         let dds = Dds::read(dds.as_slice()).unwrap();
         let dxgi = if channels == 3 { DxgiFormat::BC6H_UF16 } else { DxgiFormat::BC4_UNorm };
         assert_eq!((dds.get_dxgi_format(), dds.get_num_mipmap_levels() as usize), (Some(dxgi), all.len()));
@@ -99,7 +99,7 @@ fn another_decoder_finds_the_light_of_blocks() {
 fn even_light_stays_what_it_is() {
     for level in [0.0_f32, 6.2e-5, 0.001, 0.37, 1.0, 25.0, 4000.0, 65_504.0] {
         let data: Vec<f32> = (0..16).flat_map(|_| [level, level * 0.5, level * 0.25]).collect();
-        let bytes = file(&packed(Container::Dds, Coding::Bc6h, false), [4, 4], &RGB, &data, "plane").unwrap();
+        let bytes = file(&packed(Container::Dds, Coding::Bc6h, Mips::None), [4, 4], &RGB, &data, "plane").unwrap();
         let found = decoded(&bytes[148..], 4, 4, 3);
         for (value, found) in data.iter().zip(found) {
             // Ends of 10 bits for 15 of a half float and its exponent.
@@ -108,7 +108,8 @@ fn even_light_stays_what_it_is() {
     }
     for step in 0..=255_u8 {
         let value = f32::from(step) / 255.0;
-        let bytes = file(&packed(Container::Dds, Coding::Bc4, false), [4, 4], &["Y"], &[value; 16], "plane").unwrap();
+        let bytes =
+            file(&packed(Container::Dds, Coding::Bc4, Mips::None), [4, 4], &["Y"], &[value; 16], "plane").unwrap();
         assert!(decoded(&bytes[148..], 4, 4, 1).iter().all(|found| (found - f64::from(value)).abs() < 1e-6), "{value}");
     }
 }
@@ -121,7 +122,7 @@ fn what_blocks_cannot_hold_is_refused_by_name() {
         (Coding::Bc6h, &RGB, &[1e-5, 0.0, 0.0], "scale", "0.000061"),
         (Coding::Bc4, &["Y"], &[1.5], "scale", "the range of coding bc4; allowed: formats exr, f32, or scale 1.6"),
     ] {
-        let error = file(&packed(Container::Ktx2, coding, false), [1, 1], names, data, "plane").unwrap_err();
+        let error = file(&packed(Container::Ktx2, coding, Mips::None), [1, 1], names, data, "plane").unwrap_err();
         assert!(error.field() == Some(field) && error.to_string().contains(told), "{error}");
     }
     // Noise of a part of a whole is cut off.
@@ -179,7 +180,7 @@ proptest! {
         let near = |value: u16| f16::from_bits(if bits == 0 { value } else { (seed[0] >> bits << bits) | (value & ((1 << bits) - 1)) }.min(0x7bff));
         let data: Vec<f32> = seed.iter().map(|value| near(*value).to_f32()).collect();
         prop_assume!(data.iter().any(|value| *value > 1e-4));
-        let bytes = file(&packed(Container::Dds, Coding::Bc6h, false), [4, 4], &RGB, &data, "plane").unwrap();
+        let bytes = file(&packed(Container::Dds, Coding::Bc6h, Mips::None), [4, 4], &RGB, &data, "plane").unwrap();
         for found in decoded(&bytes[148..], 4, 4, 3) {
             prop_assert!((0.0..=65_504.0).contains(&found), "{}", found);
         }
@@ -189,7 +190,7 @@ proptest! {
     #[test]
     fn parts_of_a_whole_are_within_their_steps(values in prop::collection::vec(0.0_f32..=1.0, 16), span in 0.0_f32..=1.0, low in 0.0_f32..=1.0) {
         let data: Vec<f32> = values.iter().map(|value| (low + value * span).min(1.0)).collect();
-        let bytes = file(&packed(Container::Dds, Coding::Bc4, false), [4, 4], &["Y"], &data, "plane").unwrap();
+        let bytes = file(&packed(Container::Dds, Coding::Bc4, Mips::None), [4, 4], &["Y"], &data, "plane").unwrap();
         let found = decoded(&bytes[148..], 4, 4, 1);
         let sum: f64 = data.iter().zip(&found).map(|(value, found)| (f64::from(*value) - found).powi(2)).sum();
         let (least, most) = data.iter().fold((1.0_f32, 0.0_f32), |(least, most), value| (least.min(*value), most.max(*value)));
@@ -201,7 +202,7 @@ proptest! {
 #[test]
 fn noise_of_all_colours_over_five_decades_is_the_worst_light() {
     let data = light(64 * 64, 3);
-    let bytes = file(&packed(Container::Dds, Coding::Bc6h, false), [64, 64], &RGB, &data, "plane").unwrap();
+    let bytes = file(&packed(Container::Dds, Coding::Bc6h, Mips::None), [64, 64], &RGB, &data, "plane").unwrap();
     let error = relative(&data, &decoded(&bytes[148..], 64, 64, 3));
     eprintln!("five decades in a block: {error:.4}");
     assert!(error < 0.45, "{error}");
