@@ -1,6 +1,7 @@
 //! Views of cloud close to the horizon: what a texel shows is the mean of what lies behind it, and neighbours agree as texels get
 //! smaller. Point rays on a shortened way over the map show moiré there.
 #![expect(clippy::unwrap_used, reason = "a test stops where it fails")]
+#![expect(clippy::panic, reason = "a test fails by panicking")]
 
 #[path = "common/compare.rs"]
 mod compare;
