@@ -11,6 +11,10 @@ use crate::tables::AirTables;
 use std::f64::consts::PI;
 use std::sync::Arc;
 
+/// Sine of the elevation from which clouds are lit at least. The domain is flat and repeats: a level ray would cross clouds for ever, while on
+/// the round Earth it leaves a layer half a kilometre deep after 80 km.
+const LEAST_RISE: f64 = 0.006;
+
 /// Light above the clouds at a moment.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Illumination {
@@ -105,12 +109,23 @@ impl Illumination {
         }
     }
 
-    /// The beam at a height: in air it is brighter above.
+    /// The beam at a height on a plane that faces it: in air it is brighter above, and comes for some degrees more once the sun has set
+    /// on the ground.
     pub(crate) fn beam_at(&self, air: Option<&SceneAir>, height_m: f64) -> [f64; 3] {
-        let Some(air) = air.filter(|_| self.is_day()) else { return self.beam };
+        let Some(air) = air else { return self.beam };
         let waves = air.clear.waves.each_ref();
         let beam = waves.map(|wave| wave.air.disc_transmittance(height_m, self.towards_sun[2]));
         air.clear.spectrum.colour(beam).map(|value| self.nearness * value.max(0.0))
+    }
+
+    /// Towards the sun as clouds of some extent see it, a unit vector: one that has set shines on their sides from the horizon.
+    pub(crate) fn towards_sun_seen(&self) -> [f64; 3] {
+        let [east, north, up] = self.towards_sun;
+        if up >= LEAST_RISE {
+            return self.towards_sun;
+        }
+        let level = (1.0 - LEAST_RISE * LEAST_RISE).sqrt() / east.hypot(north).max(f64::MIN_POSITIVE);
+        [east * level, north * level, LEAST_RISE]
     }
 
     /// Cosine of the sun's zenith angle, at least 0.

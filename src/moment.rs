@@ -60,6 +60,15 @@ pub(crate) struct LayerMoment {
     texel_m: f64,
 }
 
+/// Cuts of a ray that is nearly level, in those that one march may have.
+const FLAT_RAY: f64 = 2.0;
+
+/// Rays of a texel that is as wide as so many of the map's, as `shaders/shared/cloud_plane.wgsl` has them.
+fn view_rays(towards: [f64; 3], across: f64) -> f64 {
+    let slope = towards[0].hypot(towards[1]) / towards[2].abs().max(MIN_COSINE.into());
+    ((slope / 8.0 - 1.0).max(0.0) * across).ceil().clamp(1.0, 8.0)
+}
+
 /// A scene at a moment.
 #[derive(Debug, Clone)]
 pub(crate) struct Moment {
@@ -123,10 +132,20 @@ fn layer(job: &Job, number: usize, fields: &[Arc<Field>], light: &Illumination) 
 impl LayerMoment {
     /// Cuts of a ray that climbs along `up`, at most.
     fn cuts(&self, up: [f64; 3]) -> f64 {
+        self.lines(up).clamp(1.0, self.max_steps.into())
+    }
+
+    /// Cuts of the rays of a texel that is seen along `towards`, about. Most of a flat ray lies
+    /// above the clouds, and is crossed in blocks.
+    fn view_cuts(&self, towards: [f64; 3], rays: f64) -> f64 {
+        let most = FLAT_RAY * f64::from(self.max_steps);
+        (rays * self.lines(towards)).clamp(1.0, rays * most)
+    }
+
+    fn lines(&self, up: [f64; 3]) -> f64 {
         let slope = up[0].hypot(up[1]) / up[2].abs().max(MIN_COSINE.into());
         // A line between texels in each of two directions.
-        let lines = 1.5 * slope * self.depth_m / self.texel_m;
-        lines.clamp(1.0, self.max_steps.into())
+        1.5 * slope * self.depth_m / self.texel_m
     }
 }
 
@@ -171,10 +190,15 @@ impl Moment {
         }
     }
 
-    /// Cuts of a view ray through all layers together, at most; `towards` is the viewer of a parallel view: a perspective
-    /// view has all slopes.
-    pub(crate) fn view_cuts(&self, towards: Option<[f64; 3]>) -> f64 {
-        let cuts = |layer: &LayerMoment| towards.map_or(layer.max_steps.into(), |towards| layer.cuts(towards));
+    /// Cuts of the rays of a texel through all layers together, about; `towards` is the viewer of a parallel view: a perspective
+    /// view has all slopes. The picture has so many texels a side.
+    pub(crate) fn view_cuts(&self, towards: Option<[f64; 3]>, texels: u32) -> f64 {
+        let texel_m = self.extent_m / f64::from(texels);
+        let cuts = |layer: &LayerMoment| {
+            towards.map_or(layer.max_steps.into(), |towards| {
+                layer.view_cuts(towards, view_rays(towards, texel_m / layer.texel_m))
+            })
+        };
         self.layers.iter().map(cuts).sum::<f64>().max(1.0)
     }
 

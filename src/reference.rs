@@ -48,6 +48,7 @@ pub mod noise;
 pub mod path;
 pub mod path_columns;
 pub mod path_sampled;
+pub mod path_seen;
 pub mod projection;
 pub mod shadow;
 pub mod sky;

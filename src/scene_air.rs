@@ -213,6 +213,13 @@ impl AirBelow {
         for (changes, [base_m, top_m]) in below.layers.iter_mut().zip(&tables.heights_m) {
             *changes = [change(&|light| light.at(*base_m).up), change(&|light| light.at(*top_m).down)];
         }
+        // Once the sun has set below a layer it shines on its base, as far as no layer lies before it.
+        let mut open = nearness * (-sun_cosine).max(0.0);
+        for ([from_below, _], [base_m, _]) in below.layers.iter_mut().zip(&tables.heights_m) {
+            let sun = spectrum.colour(beam(&air.clear.waves, *base_m));
+            from_below.added = std::array::from_fn(|c| from_below.added[c] + open * sun[c].max(0.0));
+            open *= 1.0 - tables.part;
+        }
         let layers = tables.heights_m.iter().zip(&tables.reflectances);
         for (within, ([base_m, _], reflectance)) in below.within.iter_mut().zip(layers) {
             // The mean over a broken cover has the light of the gaps in it, whose air is not the clouds'.

@@ -122,7 +122,9 @@ fn twin(sky: &mut Sky, scene: &Value, query: &[(&str, &str)]) -> (Stages, Vec<f6
     let size = view.size[0] as usize;
     let texel = |i: usize| {
         let place = (dvec2((i % size) as f64, (i / size) as f64) + 0.5) / size as f64;
-        let light = sunlight(&cloud_plane::view_ray(frame, view, &thickness, place)).to_array();
+        let places = cloud_plane::view_places(frame, view, &thickness, place);
+        let rays = places.iter().map(|place| sunlight(&cloud_plane::view_ray(frame, view, &thickness, *place)));
+        let light = (rays.sum::<glam::DVec3>() / places.len() as f64).to_array();
         [0, 1, 2].map(|c| light[c] * f64::from(frame.sun.irradiance[c]))
     };
     let light = (0..size * size).flat_map(texel).collect();

@@ -18,10 +18,12 @@ mod sky;
 mod twin;
 
 use compare::Tolerance;
+use glam::DVec2;
 use serde_json::json;
 use sky::{Sky, pattern, water, waves};
 use skyloom::gpu::layout::Frame;
 use skyloom::method::{Method, Transport};
+use skyloom::reference::cloud::Shaded;
 use skyloom::reference::{self, Map};
 use skyloom::render::{Renderer, Stages, Watch};
 use skyloom::slice::HostSlab;
@@ -323,6 +325,7 @@ fn check_cloud(stages: &Stages) {
     let light_map = |light: &[[f32; 3]]| Map::from_f32(side, side, 3, light.as_flattened());
     let (from_below, from_above) = (light_map(&stages.light.from_below), light_map(&stages.light.from_above));
     let sun_share = map(&stages.shares[stages.view.from_above as usize]);
+    let view = &stages.view;
     let twin = |frame: &Frame, thickness: &Map| {
         let maps = reference::cloud::Maps {
             transmittance: &transmittance,
@@ -333,17 +336,21 @@ fn check_cloud(stages: &Stages) {
             behind: &from_above,
         };
         let sunlight = reference::cloud::sunlight(frame, tables, slab);
-        reference::cloud_plane::main(frame, &stages.view, thickness, &maps, sunlight)
+        let nothing = vec![Shaded::default(); (view.size[0] * view.rows) as usize];
+        reference::cloud_plane::rays_behind(frame, view, thickness, &maps, sunlight, &nothing)
     };
-    let cloud = twin(frame, &thickness);
-    let view = &stages.view;
+    // Each ray by itself: the errors of several do not cancel.
+    let flat =
+        |rays: &[Vec<Shaded>]| -> Vec<f64> { rays.iter().flatten().flat_map(|ray| ray.texel().to_array()).collect() };
+    let rays = twin(frame, &thickness);
+    let cloud = flat(&rays);
     let cosine = if view.perspective == 1 { 1.0 } else { f64::from(view.towards[2]).abs() };
     let misread_m = misread_m(frame, &thickness, cosine);
     // Lower as well: a ray may miss the cloud that it only just touches, and meet another far away.
-    let [higher, lower] = [misread_m, -misread_m].map(|by_m| twin(frame, &lifted(&thickness, by_m)));
+    let [higher, lower] = [misread_m, -misread_m].map(|by_m| flat(&twin(frame, &lifted(&thickness, by_m))));
     let mut turned_frame = *frame;
     turned_frame.sun.towards[0] += DIRECTION;
-    let turned = twin(&turned_frame, &thickness);
+    let turned = flat(&twin(&turned_frame, &thickness));
     let light = largest(&from_above) + largest(&from_below);
     // Where the ray meets the cloud is known as well as its path is: a step of the share map, and of the light's.
     let reach = reach_uv(frame, cosine);
@@ -361,7 +368,15 @@ fn check_cloud(stages: &Stages) {
     // Alpha knows nothing of light.
     let alpha = allowed(&cloud, &higher, Tolerance::new(CANCEL, BEAM_REL));
     bounds.iter_mut().zip(alpha).skip(3).step_by(4).for_each(|(bound, alpha)| *bound = alpha);
-    check_each("cloud", &stages.output, &cloud, &bounds);
+    let texels = |values: &[f64]| -> Vec<f64> {
+        let mut values = values.chunks(4);
+        let mean = |rays: &Vec<Shaded>| {
+            let sum = values.by_ref().take(rays.len()).fold([0.0; 4], |sum, ray| [0, 1, 2, 3].map(|c| sum[c] + ray[c]));
+            sum.map(|sum| sum / rays.len() as f64)
+        };
+        rays.iter().flat_map(mean).collect()
+    };
+    check_each("cloud", &stages.output, &texels(&cloud), &texels(&bounds));
 }
 
 /// Alpha alone: where the ray meets the cloud does not matter.
@@ -369,8 +384,12 @@ fn check_alpha(stages: &Stages) {
     let (frame, view, thickness) = (&stages.frame, &stages.view, map(&stages.thickness));
     let alpha = |thickness: &Map| {
         reference::frame::image(view, |place| {
-            let path_m = reference::cloud_plane::view_ray(frame, view, thickness, place).path_m;
-            [-(-f64::from(frame.medium.extinction_550) * path_m).exp_m1()]
+            let alpha = |place: &DVec2| {
+                let path_m = reference::cloud_plane::view_ray(frame, view, thickness, *place).path_m;
+                -(-f64::from(frame.medium.extinction_550) * path_m).exp_m1()
+            };
+            let places = reference::cloud_plane::view_places(frame, view, thickness, place);
+            [places.iter().map(alpha).sum::<f64>() / places.len() as f64]
         })
     };
     let (twin, other) = (alpha(&thickness), alpha(&raised(frame, &thickness, view.towards[2].abs().into())));

@@ -7,38 +7,30 @@
 // Most pieces need no look at the map: the bounds (field_bounds) of a block of texels tell how far up all of it is cloud,
 // and from where on none of it is.
 //
-// A ray that would be cut more than max_steps times, close to the horizon, is an approximation: it climbs as far on a
-// shorter way over the map, whose clouds stand for those of the whole way. Flat layers stay exact.
 // Where the heights are not needed, the shader says so: PATH_SEEN is a constant of each.
 
-// A ray that starts from_m above the base, at start_uv.
-fn path_from(
+// A ray from a height above the base to another, at start_uv, that goes so far for each metre of height.
+fn path_stretch(
     map: texture_2d<f32>,
     bounds: texture_2d<f32>,
     repeat: sampler,
-    frame: Frame,
     start_uv: vec2<f32>,
-    up: vec3<f32>,
+    uv_per_metre: vec2<f32>,
     from_m: f32,
-) -> Path {
-    let cosine = max(up.z, MIN_COSINE);
-    let direction = vec2<f32>(up.x, -up.y) / (cosine * frame.place.extent_m);
-    let start = start_uv + frame.place.offset_uv;
+    way_m: f32,
+    per_metre: f32,
+    most_steps: u32,
+) -> Stretch {
     let size = vec2<f32>(textureDimensions(map));
-    let crossings = frame.place.depth_m * dot(abs(direction), size);
-    let uv_per_metre = direction / max(1.0, crossings / f32(frame.place.max_steps));
     // In texels from the first one's centre, in the tile where the ray is. A cell is a square between four centres, named by
     // its low corner.
-    var place = fract(start) * size - 0.5;
+    var place = fract(start_uv) * size - 0.5;
     let slope = uv_per_metre * size;
     let forward = slope > vec2<f32>(0.0);
     // A ray along a line never meets another.
     let pitch = 1.0 / max(abs(slope), vec2<f32>(1e-12));
     var cell = path_cell(place, forward);
     let block_side = f32(BOUNDS_TEXELS);
-    let way_m = frame.place.depth_m - from_m;
-    // Optical depth per metre of height.
-    let per_metre = frame.medium.extinction_550 / cosine;
     var sum = 0.0;
     var left = 1.0;
     // Weighted heights and weights.
@@ -46,7 +38,7 @@ fn path_from(
     var high = vec2<f32>(0.0);
     var height_m = 0.0;
     // Steps end cells, blocks, or what lies below all tops of a block: fewer of the latter two than half the cells.
-    for (var i = 0u; i < frame.place.max_steps + frame.place.max_steps / 2u + 8u && height_m < way_m; i++) {
+    for (var i = 0u; i < most_steps + most_steps / 2u + 8u && height_m < way_m; i++) {
         let tiles = size * floor((cell + 0.5) / size);
         cell -= tiles;
         place -= tiles;
@@ -92,7 +84,7 @@ fn path_from(
         cell = select(clamp(path_cell(next_place, forward), corner, corner + side - 1.0), beyond, end <= vec2<f32>(next_m));
         height_m = next_m;
     }
-    return Path(sum / cosine, from_m + low.x / max(low.y, 1e-30), from_m + high.x / max(high.y, 1e-30));
+    return Stretch(sum, left, low, high);
 }
 
 // Value between the four texels of a cell, at a place from 0 to 1.

@@ -3,47 +3,31 @@
 // The ray is cut at the lines through texel centres, and each piece in two: within a half, heights and optical depth are
 // taken to change evenly, which leaves out a quarter of how much a bilinear map bends along a diagonal. Blocks of texels
 // without cloud at the ray's height are crossed at once: their bounds are the lowest base and the highest top.
-//
-// A ray that would be cut more than max_steps times goes a shorter way over the map, as in path.wgsl.
 
-// What is found along a ray so far.
-struct ColumnSums {
-    path_m: f32,       // height climbed in cloud of the layer's extinction
-    left: f32,
-    low: vec2<f32>,    // weighted heights and weights
-    high: vec2<f32>,
-}
-
-// A ray that starts from_m above the base plane, at start_uv.
-fn path_from(
+// A ray from a height above the base plane to another, at start_uv, that goes so far for each metre of height.
+fn path_stretch(
     map: texture_2d<f32>,
     bounds: texture_2d<f32>,
     repeat: sampler,
-    frame: Frame,
     start_uv: vec2<f32>,
-    up: vec3<f32>,
+    uv_per_metre: vec2<f32>,
     from_m: f32,
-) -> Path {
-    let cosine = max(up.z, MIN_COSINE);
-    let direction = vec2<f32>(up.x, -up.y) / (cosine * frame.place.extent_m);
-    let start = start_uv + frame.place.offset_uv;
+    way_m: f32,
+    per_metre: f32,
+    most_steps: u32,
+) -> Stretch {
     let size = vec2<f32>(textureDimensions(map));
-    let crossings = frame.place.depth_m * dot(abs(direction), size);
-    let uv_per_metre = direction / max(1.0, crossings / f32(frame.place.max_steps));
-    var place = fract(start) * size - 0.5;
+    var place = fract(start_uv) * size - 0.5;
     let slope = uv_per_metre * size;
     let forward = slope > vec2<f32>(0.0);
     // A ray along a line never meets another.
     let pitch = 1.0 / max(abs(slope), vec2<f32>(1e-12));
     var cell = path_cell(place, forward);
     let block_side = f32(BOUNDS_TEXELS);
-    let way_m = frame.place.depth_m - from_m;
-    // Optical depth per metre of height.
-    let per_metre = frame.medium.extinction_550 / cosine;
-    var sums = ColumnSums(0.0, 1.0, vec2<f32>(0.0), vec2<f32>(0.0));
+    var sums = Stretch(0.0, 1.0, vec2<f32>(0.0), vec2<f32>(0.0));
     var height_m = 0.0;
     // Steps end cells, blocks, or what lies below all bases of a block: fewer of the latter two than half the cells.
-    for (var i = 0u; i < frame.place.max_steps + frame.place.max_steps / 2u + 8u && height_m < way_m; i++) {
+    for (var i = 0u; i < most_steps + most_steps / 2u + 8u && height_m < way_m; i++) {
         let tiles = size * floor((cell + 0.5) / size);
         cell -= tiles;
         place -= tiles;
@@ -77,12 +61,12 @@ fn path_from(
         cell = select(clamp(path_cell(next_place, forward), corner, corner + side - 1.0), beyond, end <= vec2<f32>(next_m));
         height_m = next_m;
     }
-    return Path(sums.path_m / cosine, from_m + sums.low.x / max(sums.low.y, 1e-30), from_m + sums.high.x / max(sums.high.y, 1e-30));
+    return sums;
 }
 
 // Adds a piece between two heights above the start.
 fn path_add(
-    sums: ptr<function, ColumnSums>,
+    sums: ptr<function, Stretch>,
     first: vec4<f32>,
     last: vec4<f32>,
     heights_m: vec2<f32>,

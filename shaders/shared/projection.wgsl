@@ -5,7 +5,12 @@ struct Ray {
 }
 
 fn projection_ray(view: View, extent_m: f32, pixel: vec2<u32>) -> Ray {
-    let place = texel_place(view, pixel) - 0.5;
+    return projection_ray_at(view, extent_m, texel_place(view, pixel));
+}
+
+// That of a place of the picture, from 0 to 1.
+fn projection_ray_at(view: View, extent_m: f32, at: vec2<f32>) -> Ray {
+    let place = at - 0.5;
     let position = vec3<f32>(vec2<f32>(place.x, -place.y) * extent_m, view.plane_m);
     let to_eye = view.eye - position;
     return Ray(position, select(view.towards, to_eye / max(length(to_eye), 1e-6), view.perspective == 1u));

@@ -1,10 +1,10 @@
-//! Cloud along a ray. Twin of `shaders/shared/path.wgsl`.
+//! Cloud along a ray. Twin of `shaders/shared/path.wgsl` and `march.wgsl`.
 
 use super::columns::is_ragged;
 use super::frame::{MIN_COSINE, vec2};
 use super::map::Map;
 use super::march::{Path, path_mean_depth};
-use super::path_columns::{MapRay, path_columns};
+use super::path_columns::{Found, MapRay, found_in_columns};
 use crate::gpu::layout::Frame;
 use glam::{DVec2, DVec3, dvec2};
 
@@ -16,13 +16,39 @@ pub fn path_in_layer(map: &Map, frame: &Frame, base_uv: DVec2, up: DVec3) -> Pat
 
 /// The same for a ray that starts `from_m` above the base, at `start_uv`.
 pub fn path_from(map: &Map, frame: &Frame, start_uv: DVec2, up: DVec3, from_m: f64) -> Path {
+    let slope = path_slope(frame, up);
     let cosine = up.z.max(MIN_COSINE);
-    let (depth_m, max_steps) = (f64::from(frame.place.depth_m), f64::from(frame.place.max_steps));
-    let direction = dvec2(up.x, -up.y) / (cosine * f64::from(frame.place.extent_m));
-    let start = start_uv + vec2(frame.place.offset_uv);
+    let ray = MapRay {
+        start_uv: start_uv + vec2(frame.place.offset_uv),
+        uv_per_metre: slope / path_excess(map, frame, slope).max(1.0),
+        from_m,
+        way_m: f64::from(frame.place.depth_m) - from_m,
+        per_metre: f64::from(frame.medium.extinction_550) / cosine,
+        parts: 2,
+    };
+    let Found { path_m, low, high, .. } = path_stretch(map, frame, &ray);
+    let mean = |sums: DVec2| from_m + sums.x / sums.y.max(1e-30);
+    Path { length_m: path_m / cosine, low_m: mean(low), high_m: mean(high) }
+}
+
+/// How far over the map a ray goes for each metre of height.
+pub fn path_slope(frame: &Frame, up: DVec3) -> DVec2 {
+    dvec2(up.x, -up.y) / (up.z.max(MIN_COSINE) * f64::from(frame.place.extent_m))
+}
+
+/// How often a ray through the whole layer would be cut, over how often it may be.
+pub fn path_excess(map: &Map, frame: &Frame, slope: DVec2) -> f64 {
+    let crossings = f64::from(frame.place.depth_m) * slope.abs().dot(dvec2(map.width as f64, map.height as f64));
+    crossings / f64::from(frame.place.max_steps)
+}
+
+/// A stretch of a ray.
+pub fn path_stretch(map: &Map, frame: &Frame, ray: &MapRay) -> Found {
+    if is_ragged(frame) {
+        return found_in_columns(map, ray);
+    }
+    let MapRay { start_uv: start, uv_per_metre, from_m, way_m, per_metre, .. } = *ray;
     let size = dvec2(map.width as f64, map.height as f64);
-    let crossings = depth_m * direction.abs().dot(size);
-    let uv_per_metre = direction / (crossings / max_steps).max(1.0);
     let place = start * size - 0.5;
     let slope = uv_per_metre * size;
     // Ways up to where the ray meets the next lines, and between lines.
@@ -30,14 +56,6 @@ pub fn path_from(map: &Map, frame: &Frame, start_uv: DVec2, up: DVec3, from_m: f
     let first =
         |place: f64, slope: f64| if slope > 0.0 { place.floor() + 1.0 - place } else { place - place.ceil() + 1.0 };
     let mut line = pitch * dvec2(first(place.x, slope.x), first(place.y, slope.y));
-    let way_m = depth_m - from_m;
-    // Optical depth per metre of height.
-    let per_metre = f64::from(frame.medium.extinction_550) / cosine;
-    if is_ragged(frame) {
-        let ray = MapRay { start_uv: start, uv_per_metre, from_m, way_m, per_metre, parts: 2 };
-        let path = path_columns(map, &ray);
-        return Path { length_m: path.length_m / cosine, ..path };
-    }
     // Height of the cloud's top above the ray.
     let above_at =
         |height_m: f64| map.sample_periodic((start + uv_per_metre * height_m).to_array())[0] - from_m - height_m;
@@ -67,8 +85,7 @@ pub fn path_from(map: &Map, frame: &Frame, start_uv: DVec2, up: DVec3, from_m: f
         }
         (height_m, above) = (next_m, next);
     }
-    let mean = |sums: DVec2| from_m + sums.x / sums.y.max(1e-30);
-    Path { length_m: sum / cosine, low_m: mean(low), high_m: mean(high) }
+    Found { path_m: sum, left, low, high }
 }
 
 /// Part of a piece along which a parabola is above 0, given its values at the start, in the middle and at the end.

@@ -22,8 +22,28 @@ pub struct MapRay {
     pub parts: u32,
 }
 
+/// What is found along a stretch of a ray.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Found {
+    /// Height climbed in cloud of the layer's extinction, metres.
+    pub path_m: f64,
+    /// What is left of light along it.
+    pub left: f64,
+    /// What is seen of it from below: weighted heights above its start, and weights.
+    pub low: DVec2,
+    /// And from above.
+    pub high: DVec2,
+}
+
 /// What is found along a ray, as heights climbed.
 pub fn path_columns(map: &Map, ray: &MapRay) -> Path {
+    let Found { path_m, low, high, .. } = found_in_columns(map, ray);
+    let mean = |sums: DVec2| ray.from_m + sums.x / sums.y.max(1e-30);
+    Path { length_m: path_m, low_m: mean(low), high_m: mean(high) }
+}
+
+/// The same as sums.
+pub fn found_in_columns(map: &Map, ray: &MapRay) -> Found {
     let MapRay { start_uv, uv_per_metre, from_m, way_m, per_metre, parts } = *ray;
     let size = DVec2::new(map.width as f64, map.height as f64);
     let (place, slope) = (start_uv * size - 0.5, uv_per_metre * size);
@@ -62,6 +82,5 @@ pub fn path_columns(map: &Map, ray: &MapRay) -> Path {
         }
         height_m = next_m;
     }
-    let mean = |sums: DVec2| from_m + sums.x / sums.y.max(1e-30);
-    Path { length_m: sum, low_m: mean(low), high_m: mean(high) }
+    Found { path_m: sum, left, low, high }
 }

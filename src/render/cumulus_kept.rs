@@ -124,7 +124,7 @@ impl CumulusKept {
         let scattering = channels.each_ref().map(Scattering::new);
         let middle_m = 0.5 * (field.host.base_m.max(field.host.floor_m) + field.host.top_m);
         let light = &moment.illumination;
-        let (towards_sun, sun) = (DVec3::from_array(light.towards_sun), light.beam_at(job.air(), middle_m));
+        let (towards_sun, sun) = (DVec3::from_array(light.towards_sun_seen()), light.beam_at(job.air(), middle_m));
         let mut lighting =
             Lighting { extinction_per_m, scattering, towards_sun, sun, above: light.sky, below: [0.0; 3] };
         let above = |number: usize| scene.place(number) > layer.place();

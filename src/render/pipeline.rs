@@ -391,7 +391,7 @@ fn bands(gpu: &Gpu, beams: &mut Kept<BeamKey, Arc<GroundSun>>, shading: &Shading
     let cuts = if needs.ground_sun {
         moment.sun_cuts()
     } else if needs.slab {
-        moment.view_cuts(wanted.plane().and_then(|plane| plane.towards()))
+        moment.view_cuts(wanted.plane().and_then(|plane| plane.towards()), view.size[0])
     } else {
         1.0
     };

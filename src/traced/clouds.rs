@@ -66,7 +66,7 @@ impl Clouds {
             parts,
             ground_albedo: &self.ground,
             extent_m: moment.extent_m,
-            towards_sun: DVec3::from_array(moment.illumination.towards_sun),
+            towards_sun: DVec3::from_array(moment.illumination.towards_sun_seen()),
             sun_irradiance: beam,
             sky_radiance: moment.illumination.sky,
         }

@@ -20,6 +20,8 @@ pub(crate) struct Sky {
     /// Layers above it: base, thickness, droplets.
     pub(crate) above: Vec<(f64, Value, Value)>,
     pub(crate) atmosphere: Value,
+    /// Texels a side of its field.
+    pub(crate) resolution: u32,
 }
 
 impl Sky {
@@ -33,6 +35,7 @@ impl Sky {
             base_m: 1000.0,
             above: Vec::new(),
             atmosphere: json!({"sun": [100, 98, 94], "sky": [3, 4, 6]}),
+            resolution: 64,
         }
     }
 
@@ -46,7 +49,7 @@ impl Sky {
 
     pub(crate) fn job(&self, texture: &str, query: &[(&str, &str)]) -> Job {
         let mut scene = json!({
-            "domain": {"extent_m": 20_000, "resolution": 64},
+            "domain": {"extent_m": 20_000, "resolution": self.resolution},
             "sun": {"zenith_deg": self.zenith_deg, "azimuth_deg": 150},
             "atmosphere": self.atmosphere,
             "ground": {"albedo": self.albedo},
