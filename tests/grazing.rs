@@ -141,8 +141,8 @@ fn a_picture_is_the_mean_of_exact_rays() {
 /// Of 32 to 256 texels a side, in the mean and each of the mean of the finest in it: a texel has eight rays at most.
 const SAME_MEAN: f64 = 0.008;
 const SAME_TEXEL: f64 = 0.09;
-/// Neighbours along the view, root mean square relative to the mean. Where rays' ways are shortened but not the places at which they
-/// see cloud, it is 0.2 and more from above, and does not fall with the size of texels.
+/// Neighbours along the view, root mean square relative to the mean. It was 0.075 from above at the
+/// largest texels, and falls with their size.
 const STEP: f64 = 0.11;
 /// Of some thousand rays, all of whose way is exact.
 const EXACT_MEAN: f64 = 0.02;
