@@ -239,11 +239,8 @@ fn constants_of_cumulus() {
         assert_constants(shader, &[&steps[..], &pieces, &lattice].concat());
     }
     let layers = [
-        ("LATTICE_SHARES", cloud_lattice::SHARES),
-        ("LATTICE_OPAQUE", cloud_lattice::OPAQUE),
-        ("LATTICE_STEP_DEPTH", cloud_lattice::STEP_DEPTH),
-        ("LATTICE_LEAST_STEPS", cloud_lattice::STEPS[0]),
-        ("LATTICE_MOST_STEPS", cloud_lattice::STEPS[1]),
+        ("LATTICE_SAMPLES", cloud_lattice::SAMPLES.into()),
+        ("LATTICE_MOST_STEPS", cloud_lattice::MOST_STEPS),
         ("LATTICE_DETOUR", dressed::DETOUR),
         ("LATTICE_PATH_SCALE", dressed::PATH_SCALE),
         ("LATTICE_PATH_LOG", dressed::PATH_BASE.ln()),

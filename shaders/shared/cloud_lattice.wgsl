@@ -1,5 +1,6 @@
 // The sun's light of a layer relative to a slab's under the open sun: by the layer's lattice along the view ray, over the same
-// lattice's light in a slab as deep. Both are cut into the same pieces, so that what that leaves out drops out. Light scattered once is dressed
+// lattice's light in a slab as deep. Both are looked at after the same optical depths, so that what that leaves out drops out: at even shares of the
+// light that the ray scatters. Light scattered once is dressed
 // with what is scattered forward on its way, as in cumulus. Twin: src/reference/cloud_lattice.rs.
 @group(0) @binding(METHOD_NEXT) var<uniform> lattice: LatticeLight;
 @group(0) @binding(METHOD_NEXT + 1) var within: texture_3d<f32>;     // mean radiance, moments along x, y, z; colours above one another
@@ -9,13 +10,8 @@
 @group(0) @binding(METHOD_NEXT + 5) var around: sampler;
 @group(0) @binding(METHOD_NEXT + 6) var evenly: sampler;
 
-// Shares of the light that are looked at along a ray, about.
-const LATTICE_SHARES: f32 = 5.0;
-// Optical depth, after the forward peak counts as not scattered, beyond which nothing is seen; and that of a step at most.
-const LATTICE_OPAQUE: f32 = 6.0;
-const LATTICE_STEP_DEPTH: f32 = 0.4;
-// Steps of a ray, at least and at most.
-const LATTICE_LEAST_STEPS: f32 = 6.0;
+// Places along a ray that are looked at, and steps of a ray at most.
+const LATTICE_SAMPLES: u32 = 4u;
 const LATTICE_MOST_STEPS: f32 = 256.0;
 // What a path counts more than its length.
 const LATTICE_DETOUR: f32 = 0.005;
@@ -27,6 +23,15 @@ const LATTICE_MOST: f32 = 16.0;
 // What of the light of a place goes through so much optical depth.
 fn lattice_passes(depth: f32, ratio: vec3<f32>) -> vec3<f32> {
     return exp(-lattice.kept * ratio * depth);
+}
+
+// With all digits where x is small.
+fn lattice_expm1(x: f32) -> f32 {
+    return select(exp(x) - 1.0, x * (1.0 + 0.5 * x), abs(x) < 1e-3);
+}
+
+fn lattice_log1p(x: f32) -> f32 {
+    return select(log(1.0 + x), x * (1.0 - 0.5 * x), abs(x) < 1e-3);
 }
 
 // Light scattered once, by the angle's place in the table and the path to and from where it is.
@@ -91,8 +96,7 @@ fn sun_reaches(ray: ViewRay, share: vec4<f32>) -> vec3<f32> {
     let way = straight / max(crossed / LATTICE_MOST_STEPS, 1.0);
     let start = ray.base_uv + frame.place.offset_uv;
     let per_metre = extinction / ray.cosine;
-    let deep = lattice.kept.g * per_metre * rise_m / LATTICE_STEP_DEPTH;
-    let count = u32(clamp(ceil(max(crossed, deep)), LATTICE_LEAST_STEPS, LATTICE_MOST_STEPS));
+    let count = u32(clamp(ceil(crossed), 1.0, LATTICE_MOST_STEPS));
     let step_m = rise_m / f32(count);
 
     let sun_way = vec2<f32>(sun.x, -sun.y) / (frame.sun.slant_cosine * frame.place.extent_m);
@@ -106,48 +110,50 @@ fn sun_reaches(ray: ViewRay, share: vec4<f32>) -> vec3<f32> {
     let rows = f32(textureDimensions(slabs).y / 3u);
     let node = sqrt(min(all_m * extinction / lattice.reach, 1.0)) * (rows - 1.0);
 
+    let kept = lattice.kept.g;
+    // What of all light from the ray is scattered along it.
+    let whole = -lattice_expm1(-kept * extinction * ray.path_m);
     var near = sample_periodic(thickness, repeat, start + select(vec2<f32>(0.0), way, ray.from_above), 0u);
-    var before = 0.0;
     var found = vec3<f32>(0.0);
     var slab = vec3<f32>(0.0);
+    // The last step with cloud: depth before it and of it, heights at which it begins and ends.
+    var before = 0.0;
+    var added = 0.0;
+    var ends_m = vec2<f32>(0.0);
     var step = 0u;
-    // A piece is shaded once it is whole: software devices would shade at every step.
-    while step < count && lattice.kept.g * before <= LATTICE_OPAQUE {
-        var depth = 0.0;
-        var moment = 0.0;
-        var ends = false;
-        for (; step < count && !ends; step++) {
+    for (var i = 0u; i < LATTICE_SAMPLES; i++) {
+        let at = -lattice_log1p(-(f32(i) + 0.5) / f32(LATTICE_SAMPLES) * whole) / kept;
+        while step < count && before + added < at {
             let low = select(step, count - 1u - step, ray.from_above);
-            let to = select(low + 1u, low, ray.from_above);
-            let far = sample_periodic(thickness, repeat, start + way * (f32(to) / f32(count)), 0u);
+            let far = sample_periodic(thickness, repeat, start + way * (f32(select(low + 1u, low, ray.from_above)) / f32(count)), 0u);
             let low_m = f32(low) * step_m;
             let piece = lattice_piece(select(near, far, ray.from_above), select(far, near, ray.from_above),
                 vec2<f32>(low_m, low_m + step_m));
             near = far;
-            let added = max(per_metre * piece.z * (piece.y - piece.x) * step_m, 0.0);
-            depth += added;
-            moment += added * (low_m + 0.5 * (piece.x + piece.y) * step_m);
-            let share = exp(-lattice.kept.g * before) * (1.0 - exp(-lattice.kept.g * depth));
-            // A gap ends a piece: what comes next has another place.
-            ends = depth > 0.0 && (added == 0.0 || share > 1.0 / LATTICE_SHARES);
+            let more = per_metre * piece.z * (piece.y - piece.x) * step_m;
+            if more > 0.0 {
+                before += added;
+                added = more;
+                ends_m = low_m + step_m * select(piece.xy, piece.yx, ray.from_above);
+            }
+            step++;
         }
-        if depth > 0.0 {
-            let height_m = moment / depth;
-            let uv = start + way * (height_m / rise_m);
-            let middle = before + 0.5 * depth;
-            let share = lattice.albedo * (lattice_passes(before, ratio) - lattice_passes(before + depth, ratio));
-            let line = vec3<f32>(uv - sun_way * height_m, (height_m / lattice.sun_step_m + 0.5) / heights);
-            let sun_depth = max(textureSampleLevel(sun_depths, around, line, 0.0).x, 0.0);
-            found += depth * lattice_once(column, middle + sun_depth, ratio)
-                + share * lattice_within(uv, height_m / lattice.cell_m + 1.0, towards);
-            // The same piece of the slab.
-            let passed_m = middle / per_metre;
-            let slab_m = select(passed_m, max(all_m - passed_m, 0.0), ray.from_above);
-            let above = select(max(extinction * all_m - extinction * passed_m, 0.0), extinction * passed_m, ray.from_above);
-            slab += depth * lattice_once(column, middle + above / frame.sun.slant_cosine, ratio)
-                + share * lattice_slab(slab_m / (lattice.density * lattice.cell_m) + 1.0, node, vec2<f32>(facing, towards.z));
-            before += depth;
-        }
+        let height_m = mix(ends_m.x, ends_m.y, clamp((at - before) / max(added, 1e-12), 0.0, 1.0));
+        let uv = start + way * (height_m / rise_m);
+        let passes = lattice_passes(at, ratio);
+        // Depth that it stands for.
+        let depth = whole / f32(LATTICE_SAMPLES) / (kept * passes.g);
+        let share = depth * lattice.albedo * lattice.kept * ratio * passes;
+        let line = vec3<f32>(uv - sun_way * height_m, (height_m / lattice.sun_step_m + 0.5) / heights);
+        let sun_depth = max(textureSampleLevel(sun_depths, around, line, 0.0).x, 0.0);
+        found += depth * lattice_once(column, at + sun_depth, ratio)
+            + share * lattice_within(uv, height_m / lattice.cell_m + 1.0, towards);
+        // The same place of the slab.
+        let passed_m = at / per_metre;
+        let slab_m = select(passed_m, max(all_m - passed_m, 0.0), ray.from_above);
+        let above = extinction * select(max(all_m - passed_m, 0.0), passed_m, ray.from_above);
+        slab += depth * lattice_once(column, at + above / frame.sun.slant_cosine, ratio)
+            + share * lattice_slab(slab_m / (lattice.density * lattice.cell_m) + 1.0, node, vec2<f32>(facing, towards.z));
     }
     let least = vec3<f32>(1e-12);
     return lit * select(vec3<f32>(1.0), min(found / max(slab, least), vec3<f32>(LATTICE_MOST)), slab > least);

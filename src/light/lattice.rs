@@ -116,7 +116,7 @@ impl LatticeMaps {
             size: fluxes.within.size,
             within: [0, 1, 2]
                 .into_iter()
-                .flat_map(|c| fluxes.within.light.iter().map(move |parts| of(parts, c)))
+                .flat_map(|c| fluxes.within.light.par_iter().map(move |parts| of(parts, c)).collect::<Vec<_>>())
                 .collect(),
             light: LatticeLight {
                 kept: inputs.scattering.map(|scattering| scattering.kept as f32),

@@ -11,14 +11,10 @@ use crate::light::LatticeMaps;
 use glam::{DVec2, DVec3, DVec4, dvec2, dvec3};
 use half::f16;
 
-/// Shares of the light that are looked at along a ray, about.
-pub const SHARES: f64 = 5.0;
-/// Optical depth, after the forward peak counts as not scattered, beyond which nothing is seen; and that of a step at most.
-pub const OPAQUE: f64 = 6.0;
-/// See [`OPAQUE`].
-pub const STEP_DEPTH: f64 = 0.4;
-/// Steps of a ray, at least and at most.
-pub const STEPS: [f64; 2] = [6.0, 256.0];
+/// Places along a ray that are looked at.
+pub const SAMPLES: u32 = 4;
+/// Steps of a ray at most.
+pub const MOST_STEPS: f64 = 256.0;
 /// What a slab's light is multiplied with, at most.
 pub const MOST: f64 = 16.0;
 
@@ -52,8 +48,8 @@ impl<'a> LatticeSeen<'a> {
     }
 }
 
-/// A piece of a ray that is shaded as one: height above the base plane, optical depth before it and of it.
-struct Piece {
+/// A place along a ray: height above the base plane, optical depth before it, and depth that it stands for.
+struct Sample {
     height_m: f64,
     before: f64,
     depth: f64,
@@ -89,18 +85,16 @@ struct Way {
 }
 
 impl Way {
-    fn new(frame: &Frame, seen: &LatticeSeen<'_>, map: &Map, ray: &ViewRay) -> Self {
+    fn new(frame: &Frame, map: &Map, ray: &ViewRay) -> Self {
         let rise_m = f64::from(frame.place.depth_m);
         let up = if ray.from_above { ray.seen } else { -ray.seen };
         let straight = dvec2(up.x, -up.y) * (rise_m / (ray.cosine * f64::from(frame.place.extent_m)));
         let crossed = straight.length() * map.width.max(map.height) as f64;
-        let deep =
-            f64::from(seen.light.kept[1]) * f64::from(frame.medium.extinction_550) / ray.cosine * rise_m / STEP_DEPTH;
         Self {
             start_uv: ray.base_uv + vec2(frame.place.offset_uv),
-            way_uv: straight / (crossed / STEPS[1]).max(1.0),
+            way_uv: straight / (crossed / MOST_STEPS).max(1.0),
             rise_m,
-            count: crossed.max(deep).ceil().clamp(STEPS[0], STEPS[1]),
+            count: crossed.ceil().clamp(1.0, MOST_STEPS),
         }
     }
 
@@ -109,47 +103,47 @@ impl Way {
     }
 }
 
-/// Visits the pieces of a ray, from the viewer on.
-fn pieces(frame: &Frame, seen: &LatticeSeen<'_>, map: &Map, ray: &ViewRay, way: &Way, mut shade: impl FnMut(Piece)) {
+/// A step of a ray that holds cloud: depth before it and of it, heights at which the ray meets it and leaves it.
+#[derive(Clone, Copy, Default)]
+struct Step {
+    before: f64,
+    depth: f64,
+    ends_m: [f64; 2],
+}
+
+/// Places of a ray at even shares of the light that it scatters, from the viewer on.
+fn samples(frame: &Frame, kept: f64, map: &Map, ray: &ViewRay, way: &Way) -> [Sample; SAMPLES as usize] {
     let Way { rise_m, count, .. } = *way;
-    let kept = f64::from(seen.light.kept[1]);
-    let per_metre = f64::from(frame.medium.extinction_550) / ray.cosine;
-    let at = |part: f64| map.sample_periodic(way.uv(part).to_array());
+    let extinction = f64::from(frame.medium.extinction_550);
+    let whole = -(-kept * extinction * ray.path_m).exp_m1();
     let part = |step: f64| if ray.from_above { 1.0 - step / count } else { step / count };
-    let (mut before, mut pending, mut moment) = (0.0, 0.0, 0.0);
-    let mut near = at(part(0.0));
-    for step in 0..count as u32 {
-        if kept * before > OPAQUE {
-            break;
+    let at = |part: f64| map.sample_periodic(way.uv(part).to_array());
+    let (mut last, mut near, mut step) = (Step::default(), at(part(0.0)), 0.0);
+    std::array::from_fn(|i| {
+        let passes = 1.0 - (i as f64 + 0.5) / f64::from(SAMPLES) * whole;
+        let before = -passes.ln() / kept;
+        while step < count && last.before + last.depth < before {
+            let [from, to] = [part(step), part(step + 1.0)];
+            let far = at(to);
+            let (low, high) = if ray.from_above { (far, near) } else { (near, far) };
+            let heights_m = [from.min(to), from.max(to)].map(|part| part * rise_m);
+            let inside = if is_ragged(frame) {
+                column_piece(low, high, heights_m).map(|piece| (piece.ends, piece.density))
+            } else {
+                inside(low[0] - heights_m[0], high[0] - heights_m[1]).map(|ends| (ends, 1.0))
+            };
+            (near, step) = (far, step + 1.0);
+            if let Some((ends, density)) = inside {
+                let [low_m, high_m] = ends.map(|end| heights_m[0] + end * (heights_m[1] - heights_m[0]));
+                let ends_m = if ray.from_above { [high_m, low_m] } else { [low_m, high_m] };
+                let depth = extinction / ray.cosine * density * (high_m - low_m);
+                last = Step { before: last.before + last.depth, depth, ends_m };
+            }
         }
-        let [from, to] = [part(f64::from(step)), part(f64::from(step + 1))];
-        let far = at(to);
-        let (low, high) = if ray.from_above { (far, near) } else { (near, far) };
-        let heights_m = [from.min(to), from.max(to)].map(|part| part * rise_m);
-        let inside = if is_ragged(frame) {
-            column_piece(low, high, heights_m).map(|piece| (piece.ends, piece.density))
-        } else {
-            inside(low[0] - heights_m[0], high[0] - heights_m[1]).map(|ends| (ends, 1.0))
-        };
-        near = far;
-        let mut added = 0.0;
-        if let Some((ends, density)) = inside {
-            let piece_m = heights_m[1] - heights_m[0];
-            added = per_metre * density * (ends[1] - ends[0]) * piece_m;
-            pending += added;
-            moment += added * (heights_m[0] + 0.5 * (ends[0] + ends[1]) * piece_m);
-        }
-        let passes = |depth: f64| (-kept * depth).exp();
-        let share = passes(before) - passes(before + pending);
-        if pending > 0.0 && (added == 0.0 || share > 1.0 / SHARES) {
-            shade(Piece { height_m: moment / pending, before, depth: pending });
-            before += pending;
-            (pending, moment) = (0.0, 0.0);
-        }
-    }
-    if pending > 0.0 {
-        shade(Piece { height_m: moment / pending, before, depth: pending });
-    }
+        let within = ((before - last.before) / last.depth.max(1e-12)).clamp(0.0, 1.0);
+        let height_m = last.ends_m[0] + within * (last.ends_m[1] - last.ends_m[0]);
+        Sample { height_m, before, depth: whole / f64::from(SAMPLES) / (kept * passes) }
+    })
 }
 
 /// Where from 0 to 1 what goes evenly from one value to another is above 0.
@@ -174,7 +168,7 @@ pub fn sunlight<'a>(
 
 /// Light of the sun along a ray over that of a slab as deep as the ray.
 fn relative(frame: &Frame, seen: &LatticeSeen<'_>, map: &Map, ray: &ViewRay) -> DVec3 {
-    let way = Way::new(frame, seen, map, ray);
+    let way = Way::new(frame, map, ray);
     let (light, sun) = (seen.light, vec3(frame.sun.towards));
     let extinction = f64::from(frame.medium.extinction_550);
     let ratio = vec3(frame.medium.extinction) / extinction;
@@ -198,12 +192,9 @@ fn relative(frame: &Frame, seen: &LatticeSeen<'_>, map: &Map, ray: &ViewRay) -> 
     let facing = if level > 1e-6 { towards.truncate().dot(sun.truncate()) / level } else { 0.0 };
     let count = seen.size[0] * seen.size[1] * seen.size[2];
     let (mut found, mut slab) = (DVec3::ZERO, DVec3::ZERO);
-    pieces(frame, seen, map, ray, &way, |piece| {
-        let Piece { height_m, before, depth } = piece;
+    for Sample { height_m, before, depth } in samples(frame, kept.y, map, ray, &way) {
         let uv = way.uv(height_m / way.rise_m);
-        let middle = before + 0.5 * depth;
-        let passes = |depth: f64| (-kept * ratio * depth).exp();
-        let share = (passes(before) - passes(before + depth)) * albedo;
+        let share = depth * albedo * kept * ratio * (-kept * ratio * before).exp();
         let cubes = around(seen.size, uv, height_m / cell_m + 1.0);
         let mut more = DVec3::ZERO;
         for c in 0..3 {
@@ -215,9 +206,9 @@ fn relative(frame: &Frame, seen: &LatticeSeen<'_>, map: &Map, ray: &ViewRay) -> 
         }
         let lines = around(seen.lines, uv - sun_way * height_m, height_m / f64::from(light.sun_step_m) + 0.5);
         let sun_depth = lines.into_iter().map(|(i, weight)| weight * seen.depths[i].to_f64()).sum::<f64>().max(0.0);
-        found += once(middle + sun_depth) * depth + share * more;
-        // The same piece of the slab.
-        let passed_m = middle * ray.cosine / extinction;
+        found += once(before + sun_depth) * depth + share * more;
+        // The same place of the slab.
+        let passed_m = before * ray.cosine / extinction;
         let left_m = (all_m - passed_m).max(0.0);
         let (slab_m, above_m) = if ray.from_above { (left_m, passed_m) } else { (passed_m, left_m) };
         let mut more = DVec3::ZERO;
@@ -225,8 +216,8 @@ fn relative(frame: &Frame, seen: &LatticeSeen<'_>, map: &Map, ray: &ViewRay) -> 
             let [mean, along, _, z] = slab_at(seen, slab_m / density / cell_m + 1.0, c * rows, node);
             more[c] = (mean - asymmetry[c] * (along * facing + z * towards.z)).max(0.0);
         }
-        slab += once(middle + extinction * above_m / slant) * depth + share * more;
-    });
+        slab += once(before + extinction * above_m / slant) * depth + share * more;
+    }
     let of = |c: usize| if slab[c] > 1e-12 { (found[c] / slab[c]).min(MOST) } else { 1.0 };
     dvec3(of(0), of(1), of(2))
 }

@@ -40,6 +40,11 @@ impl Columns {
         Self { size: [1; 2], texels: vec![[path_m as f32, depth_m as f32, 0.0]], extent_m: depth_m, depth_m, density }
     }
 
+    /// Mean of [`Self::texels`]' thickness by optical depth, metres.
+    pub(super) fn mean_path_m(&self) -> f64 {
+        self.texels.iter().map(|texel| f64::from(texel[0])).sum::<f64>() / self.texels.len() as f64
+    }
+
     /// Greatest extinction, relative.
     fn most(&self) -> f64 {
         let density =

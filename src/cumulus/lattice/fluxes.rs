@@ -5,7 +5,7 @@ use super::grid::Grid;
 use super::lighting::Lighting;
 use super::rays::SunDepths;
 use super::settle::{Enough, settle};
-use super::sweep::{Border, Sweep};
+use super::sweep::Border;
 use super::within::Within;
 use glam::Vec4;
 use std::convert::Infallible;
@@ -41,14 +41,16 @@ impl Fluxes {
     /// Those of `look`.
     pub fn solve<E>(columns: &Columns, lighting: &Lighting, look: &dyn Fn() -> Result<(), E>) -> Result<Self, E> {
         let grid = columns.grid(lighting.extinction_per_m[1]);
-        solve(columns, &grid, lighting, look)
+        let kept_per_m = lighting.extinction_per_m[1] * lighting.scattering[1].kept;
+        let enough = Enough::of_layer(lighting, kept_per_m * columns.mean_path_m());
+        solve(columns, &grid, lighting, enough, look)
     }
 
     /// Those of a slab of so much thickness by optical depth and a relative extinction, in cubes of this side.
     pub fn even(path_m: f64, density: f64, cell_m: f64, lighting: &Lighting) -> Self {
         let columns = Columns::even(path_m, density);
         let look: &dyn Fn() -> Result<(), Infallible> = &|| Ok(());
-        match solve(&columns, &columns.with(1, cell_m), lighting, look) {
+        match solve(&columns, &columns.with(1, cell_m), lighting, Enough::EXACT, look) {
             Ok(fluxes) => fluxes,
             Err(never) => match never {},
         }
@@ -59,6 +61,7 @@ fn solve<E>(
     columns: &Columns,
     grid: &Grid,
     lighting: &Lighting,
+    enough: Enough,
     look: &dyn Fn() -> Result<(), E>,
 ) -> Result<Fluxes, E> {
     look()?;
@@ -66,14 +69,12 @@ fn solve<E>(
     let (cells, dense, depths) = columns.cells(&lighting, grid);
     look()?;
     let border = Border::new(&dense).without_gaps();
-    let settled = settle(&cells, &dense, &border, Enough::EXACT, look)?;
-    let mut sweep = Sweep::new(grid, &cells.cloud.set);
-    sweep.run(&cells.cloud, &border, &settled.state);
+    let settled = settle(&cells, &dense, &border, enough, look)?;
+    let (within, exits) = Within::new(&cells, &border, &settled.state);
     let sun = lighting.sun.map(|sun| (4.0 * PI / (sun * lighting.towards_sun.z)) as f32);
     let parts =
         |light: Vec<Vec4>| light.iter().map(|light| [light.x * sun[0], light.y * sun[1], light.z * sun[2]]).collect();
-    let [down, up] = sweep.exits(&border).map(parts);
-    let within = Within::new(&cells, &border, &settled.state);
+    let [down, up] = exits.map(parts);
     let (iterations, change) = (settled.iterations, settled.change);
     Ok(Fluxes { across: grid.size[0], cell_m: grid.cell_m, down, up, within, depths, iterations, change })
 }

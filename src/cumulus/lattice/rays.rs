@@ -13,9 +13,9 @@ const MAX_LINES: f64 = 4.0;
 /// Of so many steps the depth after the last one is kept.
 const KEPT_STEPS: usize = 2;
 /// Steps of all lines, about at most.
-const MAX_WORK: f64 = 2e7;
-/// Optical depth towards the sun, after the forward peak counts as not scattered, beyond which nothing arrives.
-const DARK: f32 = 15.0;
+const MAX_WORK: f64 = 1e7;
+/// Less light is none.
+const DARK: f32 = 3e-7;
 /// Deeper is not told.
 const DEEPEST: f32 = 6e4;
 /// Heights above a cloud at which the way to it is told.
@@ -36,9 +36,11 @@ pub struct SunDepths {
 }
 
 /// What a line has met on its way down.
-#[derive(Debug, Clone, Copy, Default)]
+#[derive(Debug, Clone, Copy)]
 struct Line {
     depth: f32,
+    /// What is left of its light: red, green, blue; where all are alike green alone.
+    left: [f32; 3],
     /// Where it met cloud first, metres, and of which density.
     enters_m: f32,
     density: f32,
@@ -87,7 +89,8 @@ impl<'a> Rays<'a> {
         let [nx, ny, nz] = self.grid.size;
         let mut cubes = vec![(0.0_f32, Vec4::ZERO); self.grid.count()];
         let across = nx * self.lines;
-        let mut lines = vec![Line::default(); across * across];
+        let fresh = Line { depth: 0.0, left: [1.0; 3], enters_m: 0.0, density: 0.0 };
+        let mut lines = vec![fresh; across * across];
         let heights = nz * STEPS / KEPT_STEPS + 1;
         let mut depths = vec![f16::ZERO; across * across * heights];
         for level in (0..nz * STEPS).rev() {
@@ -167,7 +170,7 @@ impl<'a> Rays<'a> {
             let sum = &mut sums[cube(at(number, 0), nx)];
             let part = density * inside / step;
             sum.0 += part;
-            sum.1 += part * self.arriving(line.depth, within);
+            sum.1 += part * self.arriving(&mut line.left, within);
             if line.depth == 0.0 {
                 (line.enters_m, line.density) = (top.min(low + step), density);
             }
@@ -176,19 +179,22 @@ impl<'a> Rays<'a> {
         (cube(v, ny), sums)
     }
 
-    /// The mean of what arrives over a piece of a ray.
-    fn arriving(&self, before: f32, within: f32) -> Vec4 {
-        let of = |kept: f32| {
-            let (before, within) = (kept * before, kept * within);
-            match (before, within) {
-                (before, _) if before > DARK => 0.0,
-                (_, within) if within < 1e-3 => (-before).exp() * (1.0 - 0.5 * within),
-                _ => (-before).exp() * -(-within).exp_m1() / within,
+    /// The mean of what arrives over a piece of a ray, of which so much was left before, and is after.
+    fn arriving(&self, left: &mut [f32; 3], within: f32) -> Vec4 {
+        let of = |left: &mut f32, kept: f32| {
+            let (before, within) = (*left, kept * within);
+            if before < DARK {
+                return 0.0;
             }
+            let passing = (-within).exp();
+            *left = before * passing;
+            if within < 1e-3 { before * (1.0 - 0.5 * within) } else { before * (1.0 - passing) / within }
         };
+        let [red, green, blue] = left;
+        let light = of(green, self.kept.y);
         if self.grey {
-            return Vec4::splat(of(self.kept.y));
+            return Vec4::splat(light);
         }
-        Vec4::new(of(self.kept.x), of(self.kept.y), of(self.kept.z), 0.0)
+        Vec4::new(of(red, self.kept.x), light, of(blue, self.kept.z), 0.0)
     }
 }

@@ -123,11 +123,13 @@ impl Rise {
     }
 
     /// Light that left after the last run, weighted as flux, of each column of cubes: sinking light by where it passes the lowest face, rising
-    /// light by the last cube of cloud. A slanted line goes out at a corner, and so into four columns.
-    pub(super) fn exits(&self, border: &Border) -> Vec<Vec4> {
+    /// light by the last cube of cloud. A slanted line goes out at a corner, and so into four columns. The lowest face is the lower one of
+    /// the slice of this number.
+    pub(super) fn exits(&self, border: &Border, lowest: u32) -> Vec<Vec4> {
         let [nx, ny, nz] = self.size;
         let mut exits = vec![Vec4::ZERO; (nx * ny) as usize];
         let add = |at: u32, step: i32, n: u32| (i64::from(at) + i64::from(step)).rem_euclid(i64::from(n)) as u32;
+        let low = lowest as i32;
         for (d, (lines, [i, j])) in self.lines.iter().zip(STEPS).enumerate() {
             let (weight, length_m) = if d == 4 { (EDGE, 1.0) } else { (DIAGONAL * ROOT, 1.732_050_8) };
             for (line, (passing, last)) in lines.passing.iter().zip(&lines.last).enumerate() {
@@ -135,11 +137,12 @@ impl Rise {
                 let (x, y) = (line as u32 % nx, line as u32 / nx);
                 let (light, column, side) = match (self.way, passed) {
                     (Way::Up, None) => (border.below, [x, y], 1),
-                    (Way::Down, None) => (border.above, [x, y], -1),
+                    (Way::Down, None) => (border.above, [add(x, i * low, nx), add(y, j * low, ny)], -1),
                     (Way::Up, Some(z)) => (*passing, [add(x, i * z as i32, nx), add(y, j * z as i32, ny)], 1),
                     (Way::Down, Some(steps)) => {
-                        let follow = border.follow(nz - steps, length_m * self.cell_m);
-                        (border.above + follow * (*passing - border.above), [x, y], -1)
+                        let follow = border.follow(nz - lowest - steps, length_m * self.cell_m);
+                        let column = [add(x, i * low, nx), add(y, j * low, ny)];
+                        (border.above + follow * (*passing - border.above), column, -1)
                     }
                 };
                 let ends = [[0, 0], [side * i, 0], [0, side * j], [side * i, side * j]];

@@ -5,9 +5,13 @@ use super::coarse::Coarse;
 use super::lighting::Lighting;
 use super::mixing::Mixing;
 use super::sweep::{Border, State, Sweep};
+use std::f64::consts::PI;
 
 /// A lattice of so many cubes of cloud, or more, starts from the solution of one that is twice as coarse.
 const COARSEN: usize = 2000;
+
+/// Error of the light of a layer of columns by the end of its iterations.
+const LAYER_ERROR: f64 = 2e-3;
 
 /// When iterations are done: at a relative change of one of them, or after so many.
 #[derive(Clone, Copy)]
@@ -22,6 +26,17 @@ impl Enough {
     const COARSE: Self = Self { change: 3e-4, iterations: 40 };
     /// What is compared with an exact slab, which deep layers take more iterations to.
     pub(super) const EXACT: Self = Self { change: 5e-5, iterations: 40 };
+
+    /// A layer of columns whose mean optical depth is this, after the forward peak counts as not scattered. An iteration that changes
+    /// little is still far from the end where light is scattered many times before it leaves: so many times, by the slowest mode of
+    /// diffusion in a slab. Droplets that absorb shorten that, but leave little of what comes through, which is to be exact too.
+    pub(super) fn of_layer(lighting: &Lighting, depth: f64) -> Self {
+        // Diffuse light acts as if the slab were deeper on both sides by .71 transport lengths.
+        let turned = 1.0 - lighting.scattering[1].asymmetry;
+        let deep = depth + 1.42 / turned;
+        let leaves = PI * PI / (3.0 * turned * deep * deep);
+        Self { change: (LAYER_ERROR * leaves).min(1e-3), iterations: 40 }
+    }
 }
 
 /// Light in the cubes of cloud.

@@ -6,6 +6,7 @@ use super::level::Level;
 use super::lighting::Lighting;
 use super::rise::{Rise, Way};
 use glam::{DVec4, Vec3, Vec4};
+use rayon::prelude::*;
 
 /// Mean radiance and its moments along x, y, z in a cube; lanes are red, green, blue.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
@@ -119,16 +120,16 @@ impl<'a> Sweep<'a> {
         State(std::array::from_fn(|k| (rising[i].0[k] + sinking[i].0[k]) + beside[i].0[k]))
     }
 
-    /// What left after the last run, weighted as flux, of each column of cubes: down through the lowest face, and up.
-    pub(super) fn exits(&self, border: &Border) -> [Vec<Vec4>; 2] {
+    /// What left after the last run, weighted as flux, of each column of cubes: down through the lower face of the slice of a number, and up.
+    pub(super) fn exits(&self, border: &Border, lowest: u32) -> [Vec<Vec4>; 2] {
         let [up, down] = &self.rises;
-        [down.exits(border), up.exits(border)]
+        [down.exits(border, lowest), up.exits(border, lowest)]
     }
 
     /// One iteration: the state of all cubes of the set, and what leaves.
     pub(super) fn all(mut self, cloud: &Cloud, border: &Border, state: &[State]) -> (Vec<State>, Leaving) {
         self.run(cloud, border, state);
-        let next = (0..self.set.places.len()).map(|i| self.next(i)).collect();
+        let next = (0..self.set.places.len()).into_par_iter().map(|i| self.next(i)).collect();
         let [up, down] = &self.rises;
         (next, [down.leaving(border), up.leaving(border)])
     }

@@ -4,6 +4,7 @@ use super::cells::{CLEAR, Cells, Set};
 use super::grid::Grid;
 use super::sweep::{Border, State, Sweep};
 use glam::Vec4;
+use rayon::prelude::*;
 
 /// Scattered sunlight in cubes.
 #[derive(Debug, Clone, PartialEq)]
@@ -15,8 +16,9 @@ pub struct Within {
 }
 
 impl Within {
-    /// Of the light in cubes of cloud. In clear ones that touch cloud it is what passes them.
-    pub(super) fn new(cells: &Cells, border: &Border, state: &[State]) -> Self {
+    /// Of the light in cubes of cloud. In clear ones that touch cloud it is what passes them. And what leaves the layer, as
+    /// [`Sweep::exits`] has it.
+    pub(super) fn new(cells: &Cells, border: &Border, state: &[State]) -> (Self, [Vec<Vec4>; 2]) {
         let cloud = &cells.cloud;
         let [nx, ny, nz] = cells.grid.size;
         let size = [nx, ny, nz + 2];
@@ -36,11 +38,13 @@ impl Within {
             near.places.push([number % nx, number / nx % ny, number / (nx * ny)].map(|at| at as u32));
             near.clouds.push(own);
         }
-        let (found, _) = Sweep::new(&grid, &near).all(cloud, border, state);
+        let mut sweep = Sweep::new(&grid, &near);
+        sweep.run(cloud, border, state);
+        let found: Vec<State> = (0..near.places.len()).into_par_iter().map(|i| sweep.next(i)).collect();
         let mut light = vec![[Vec4::ZERO; 4]; grid.count()];
         for (place, State(parts)) in near.places.iter().zip(found) {
             light[grid.number(*place)] = parts;
         }
-        Self { size, light }
+        (Self { size, light }, sweep.exits(border, 1))
     }
 }
