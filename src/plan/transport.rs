@@ -7,7 +7,7 @@ use crate::projection::Side;
 use crate::scene::Scene;
 
 /// Those that a plan takes, cheapest first. Entry costs what the blend does and is nowhere better; the lattice takes about a second
-/// for a new sun over 20 km, 20 times as long as the others, and is left to those who ask for it.
+/// for a new sun over 20 km, more than ten times as long as the others, and is left to those who ask for it.
 const PLANNED: [Transport; 3] = [Transport::Columns, Transport::Tilted, Transport::Blended];
 
 /// Why a transport was taken.
