@@ -4,8 +4,11 @@
 //! (docs/charts/slab.csv) and the tests. Each stage takes its cheapest choice whose own error stays below the tolerance,
 //! or its finest where none does; [`expected_error`] tells what they come to together.
 
+mod transport;
+
 use crate::field;
 use crate::method::{CumulusMethod, Reference, SlabMethod, Transport};
+use crate::projection::Side;
 use crate::request::Request;
 use crate::scene::quantity::Quantity as _;
 use crate::scene::{Atmosphere, GroundAlbedo, Layer, Scene};
@@ -68,22 +71,16 @@ fn field_in_words(layer: &Layer, scene: &Scene, request: &Request) -> (String, &
     }
 }
 
+/// The side from which clouds are seen, of the texture that shows them and nothing else.
+fn seen_from(request: &Request) -> Option<Side> {
+    request.wanted.plane().map(|plane| plane.side)
+}
+
 fn duration_in_words(seconds: f64) -> String {
     match seconds {
         seconds if seconds < 90.0 => format!("{:.0} s", seconds.max(1.0)),
         seconds if seconds < 5400.0 => format!("{:.0} min", seconds / 60.0),
         seconds => format!("{:.0} h", seconds / 3600.0),
-    }
-}
-
-/// How sunlight is carried through uneven cloud where nothing else is asked for. Layers whose tops do not tell how deep they are show no
-/// bright and dark sides, which all but independent columns give them (docs/method.md 5.3).
-fn transport(tolerance: f64, scene: &Scene) -> Transport {
-    let mut uneven = scene.layers.iter().filter(|layer| !layer.shape.is_even()).peekable();
-    match () {
-        () if uneven.peek().is_some() && uneven.all(|layer| layer.shape.is_deep_below()) => Transport::Columns,
-        () if tolerance >= Transport::Tilted.error() => Transport::Tilted,
-        () => Transport::Blended,
     }
 }
 
@@ -170,13 +167,13 @@ impl Plan {
     /// Plans a request. The tolerance alone decides, so that equal requests are equal on every machine.
     pub fn new(request: &Request, scene: &Scene) -> Self {
         let tolerance = request.wanted.tolerance().unwrap_or(Request::TOLERANCE);
-        let reference = request.wanted.reference();
+        let (reference, asked) = (request.wanted.reference(), request.wanted.transport());
         let shaded = request.texture().needs().slab && reference.is_none();
         Self {
             tolerance,
             slab: shaded.then(|| SlabMethod::within(tolerance, request.wanted.method())),
             reference,
-            transport: request.wanted.transport().unwrap_or_else(|| transport(tolerance, scene)),
+            transport: asked.unwrap_or_else(|| transport::planned(tolerance, scene, seen_from(request))),
             // Octaves err three times as much and save an eighth of a pixel: docs/charts/cumulus.csv.
             cumulus: request.wanted.cumulus().unwrap_or(CumulusMethod::Lattice),
             texels_per_length: if tolerance >= COARSE_MAPS { 1.0 } else { 2.0 },
@@ -247,15 +244,12 @@ impl Plan {
                 false => {
                     let maps =
                         format!("{}, {} texels per transport length", self.transport.name(), self.texels_per_length);
-                    (maps, self.transport.error())
+                    (maps, transport::error(self.transport, scene, seen_from(request)))
                 }
             };
             let reason = match request.wanted.transport() {
                 Some(_) => "asked for",
-                None if self.transport == Transport::Columns => {
-                    "sunlight through cloud whose top does not tell how deep it is"
-                }
-                None => "sunlight through uneven cloud; no method for every frame errs less",
+                None => transport::reason(self.tolerance, scene, seen_from(request)),
             };
             add("sunlight", choice, reason.to_owned(), error);
             let (choice, reason, error) = match (dark, even) {

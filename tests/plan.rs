@@ -7,6 +7,7 @@ use common::sky::Sky;
 use serde_json::{Value, json};
 use skyloom::method::{Method, SlabMethod, Transport};
 use skyloom::plan::{Plan, expected_error};
+use skyloom::projection::Side;
 use skyloom::reference::Map;
 use skyloom::reference::path::path_in_layer;
 use skyloom::render::Watch;
@@ -99,6 +100,76 @@ fn expected_errors_of_light_are_those_of_the_chart() {
             "{transport:?}: {promised} is promised, {found} was measured"
         );
     }
+}
+
+/// Relative error of a transport in a row of the chart.
+fn charted(field: &str, light: &str, transport: Transport, sun: &str) -> f64 {
+    let chart = include_str!("../docs/charts/light.csv");
+    let name = format!("{field},{light},{},{sun},", transport.name());
+    let row: Vec<&str> = chart.lines().find(|line| line.starts_with(&name)).expect(&name).split(',').collect();
+    row[4].parse::<f64>().unwrap() / row[7].parse::<f64>().unwrap()
+}
+
+/// Kinds of field, and whether the plan knows that they have no gaps.
+const KINDS: [(&str, bool); 2] = [("overcast", false), ("broken", true)];
+const SIDES: [(&str, Side, &str); 2] =
+    [("below", Side::Below, "radiance from below"), ("above", Side::Above, "radiance from above")];
+const RADIANCE_SUNS: [&str; 2] = ["40", "60"];
+
+#[test]
+fn expected_errors_of_radiance_are_those_of_the_chart() {
+    for (_, transport) in Transport::ALL {
+        for ((field, gaps), (_, side, light)) in KINDS.into_iter().flat_map(|kind| SIDES.map(|side| (kind, side))) {
+            let found = RADIANCE_SUNS.map(|sun| charted(field, light, transport, sun)).iter().sum::<f64>() / 2.0;
+            let promised = transport.radiance_error(side, gaps);
+            // Rounded up to whole per cents.
+            assert!(
+                found <= promised && promised < found + 0.01,
+                "{transport:?} {field} {light}: {promised} is promised, {found} was measured"
+            );
+            // So no plan takes entry.
+            assert!(transport != Transport::Entry || promised >= Transport::Blended.radiance_error(side, gaps));
+        }
+    }
+}
+
+/// Of what is seen, no default errs more than independent columns under any sun that was charted, nor takes what comes in around from
+/// above where slanted rays are better; and it is the same under all suns and at all times, so that no film changes from one to another.
+#[test]
+fn pictures_by_default_are_no_worse_than_columns() {
+    let synthetic = |coverage: f64| json!({"kind": "stratocumulus", "coverage": coverage});
+    let image = json!({"kind": "image", "image": "0".repeat(64), "scale_m": 1});
+    let plan = |layers: &Value, view: &str, tolerance: f64, sun_deg: f64, time: &str| {
+        let text = json!({ "layers": layers, "sun": { "zenith_deg": sun_deg } }).to_string();
+        let tolerance = tolerance.to_string();
+        let asked = asked(&[("view", view), ("tolerance", &tolerance), ("time", time)]);
+        Plan::new(&asked, &Scene::from_json(text.as_bytes()).unwrap()).transport
+    };
+    // Of a map it is not known whether it has gaps.
+    let fields =
+        [("overcast", synthetic(1.0)), ("broken", synthetic(0.6)), ("overcast", image.clone()), ("broken", image)];
+    for (field, thickness) in &fields {
+        for (view, _, light) in SIDES {
+            for tolerance in [0.9, 0.5, 0.3, 0.2, 0.02, 1e-3] {
+                let layers = json!([{ "thickness": thickness }]);
+                let default = plan(&layers, view, tolerance, 40.0, "0");
+                assert_eq!(plan(&layers, view, tolerance, 80.0, "5000"), default);
+                for sun in RADIANCE_SUNS {
+                    let [error, columns, tilted] = [default, Transport::Columns, Transport::Tilted]
+                        .map(|transport| charted(field, light, transport, sun));
+                    let name = format!("{field} {light} {sun}, {tolerance}: {default:?} errs by {error}");
+                    assert!(error <= 1.02 * columns, "{name}, columns by {columns}");
+                    let by_entry = view == "above" && [Transport::Entry, Transport::Blended].contains(&default);
+                    assert!(!by_entry || error <= 1.02 * tilted, "{name}, tilted by {tilted}");
+                }
+            }
+        }
+    }
+    // One broken layer of several is enough.
+    let both = json!([{"thickness": synthetic(1.0)}, {"base_m": 5000, "thickness": synthetic(0.5)}]);
+    assert_eq!(plan(&both, "above", 0.02, 40.0, "0"), Transport::Columns);
+    assert_eq!(plan(&json!([{"thickness": synthetic(1.0)}]), "above", 0.02, 40.0, "0"), Transport::Blended);
+    assert_eq!(plan(&both, "below", 0.02, 40.0, "0"), Transport::Blended);
 }
 
 #[test]

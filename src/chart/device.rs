@@ -22,9 +22,20 @@ impl<'a> Device<'a> {
 
     /// A texture of raw floats.
     pub(super) fn job(&self, scene: &Arc<Scene>, texture: &str, query: &[(&str, &str)]) -> Result<Job, ChartError> {
+        self.job_with(scene, &Images::new(), texture, query)
+    }
+
+    /// The same of a scene that names images.
+    pub(super) fn job_with(
+        &self,
+        scene: &Arc<Scene>,
+        images: &Images,
+        texture: &str,
+        query: &[(&str, &str)],
+    ) -> Result<Job, ChartError> {
         let query: Vec<_> = query.iter().map(|(name, value)| ((*name).to_owned(), (*value).to_owned())).collect();
         let request = Request::parse(texture, "f32", &query)?;
-        Ok(Job::prepare(Arc::clone(scene), request, &Images::new(), self.library, &|_| ())?)
+        Ok(Job::prepare(Arc::clone(scene), request, images, self.library, &|_| ())?)
     }
 }
 

@@ -1,6 +1,7 @@
 //! What the making of a chart gives: its files, or why there are none.
 
 use crate::gpu::GpuError;
+use crate::image::ImageError;
 use crate::job::RenderError;
 use crate::reference::monte_carlo::MonteCarloError;
 use crate::request::RequestError;
@@ -35,6 +36,9 @@ pub enum ChartError {
     /// A scene of the chart.
     #[error(transparent)]
     Scene(#[from] SceneError),
+    /// An image of the chart's scenes.
+    #[error(transparent)]
+    Image(#[from] ImageError),
     /// A request of the chart.
     #[error(transparent)]
     Request(#[from] RequestError),

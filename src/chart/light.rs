@@ -2,6 +2,7 @@
 //! dimensions.
 
 mod local;
+mod radiance;
 mod scenes;
 
 use std::sync::Arc;
@@ -17,6 +18,7 @@ use super::medium::{Medium, SMOOTH};
 use super::sample::SampledRow;
 use crate::job::{Job, Watch};
 use crate::method::Transport;
+use crate::projection::Side;
 use crate::reference::Map;
 use crate::reference::monte_carlo::Effort;
 use crate::reference::monte_carlo::field::{FieldProblem, FluxMap, Layer, MapEstimate, trace};
@@ -24,6 +26,7 @@ use crate::scene::{Scene, direction};
 use crate::tables::TableLibrary;
 use local::{Local, Shift};
 use plotters::style::RGBColor;
+use radiance::Seen;
 use scenes::{AZIMUTH_DEG, BASE_M, BROKEN, EXTENT_M, EXTINCTION_PER_M, FIELDS, FINER, SIDE, scene, timed_scene};
 
 const SUNS_DEG: [f64; 5] = [0.0, 30.0, 60.0, 70.0, 80.0];
@@ -113,16 +116,29 @@ pub(super) fn make(library: &TableLibrary, progress: &(dyn Fn(f64) + Sync)) -> R
             found.extend(at_sun(&mut device, &medium, field, &thickness, sun_deg, PHOTONS, &report)?);
         }
     }
+    let mut seen = Vec::new();
+    for field in 0..FIELDS.len() {
+        for sun in 0..radiance::SUNS_DEG.len() {
+            seen.extend(radiance::at_sun(&mut device.device, field, sun)?);
+        }
+    }
     let times = device.times(&|part| progress(0.95 + 0.05 * part))?;
     let mut csv =
         Csv::new(&["field", "light", "method", "sun_zenith_deg", "rms", "rms_error", "mean", "mean_exact", "ms"]);
+    let time = |method: &str| {
+        let transport = Transport::ALL.iter().position(|(name, _)| *name == method);
+        transport.map(|number| times[number])
+    };
     for Found { field, place, method, sun_deg, rms, rms_error, mean, exact } in &found {
-        let transport = Transport::ALL.iter().position(|(name, _)| name == method);
-        let time = transport.map(|number| times[number]);
-        let numbers = [Some(*sun_deg), Some(*rms), Some(*rms_error), Some(*mean), Some(*exact), time];
+        let numbers = [Some(*sun_deg), Some(*rms), Some(*rms_error), Some(*mean), Some(*exact), time(method)];
         csv.row(&[FIELDS[*field].0, place.name(), method], &numbers);
     }
-    let figure = picture(&found, &times);
+    for Seen { field, side, transport, sun_deg, rms, rms_error, mean, exact } in &seen {
+        let method = transport.name();
+        let numbers = [Some(*sun_deg), Some(*rms), Some(*rms_error), Some(*mean), Some(*exact), time(method)];
+        csv.row(&[FIELDS[*field].0, Seen::light(*side), method], &numbers);
+    }
+    let figure = picture(&found, &seen, &times);
     Ok(vec![figure.draw("light")?, ChartFile { name: "light.csv".to_owned(), bytes: csv.into_bytes() }])
 }
 
@@ -145,7 +161,17 @@ pub(super) fn sample(library: &TableLibrary) -> Result<Vec<SampledRow>, ChartErr
             ("mean", found.mean, if found.method == MEAN_ALONE { 1.0 / (SAMPLE_PHOTONS as f64).sqrt() } else { 0.0 }),
         ],
     };
-    Ok(found.into_iter().map(row).collect())
+    let seen = |seen: Seen| SampledRow {
+        cells: vec![
+            FIELDS[seen.field].0.to_owned(),
+            Seen::light(seen.side).to_owned(),
+            seen.transport.name().to_owned(),
+            seen.sun_deg.to_string(),
+        ],
+        values: vec![("rms", seen.rms, 0.0), ("mean", seen.mean, 0.0)],
+    };
+    let seen: Vec<SampledRow> = radiance::at_sun(&mut device.device, BROKEN, 1)?.into_iter().map(seen).collect();
+    Ok(found.into_iter().map(row).chain(seen).collect())
 }
 
 /// Every method under one sun.
@@ -301,7 +327,7 @@ impl Lit<'_> {
 /// Range of errors that is drawn, percent.
 const ERRORS: [f64; 2] = [1.0, 300.0];
 
-fn picture(found: &[Found], times: &[f64; TRANSPORTS]) -> Figure {
+fn picture(found: &[Found], seen: &[Seen], times: &[f64; TRANSPORTS]) -> Figure {
     let of = |field: usize, place: Place, method: &str| -> Vec<[f64; 3]> {
         let of_it = found.iter().filter(|found| (found.field, found.place, found.method) == (field, place, method));
         // Below its own uncertainty an error is not known.
@@ -336,6 +362,26 @@ fn picture(found: &[Found], times: &[f64; TRANSPORTS]) -> Figure {
         }
         Panel { title: format!("{} {words}", FIELDS[field].0), x: sun(), y: error(), marks: all }
     };
+    let radiance = |field: usize| {
+        let mut all = Vec::new();
+        for (_, transport) in Transport::ALL {
+            for (_, side) in Side::ALL {
+                let of_it =
+                    seen.iter().filter(|seen| (seen.field, seen.transport, seen.side) == (field, transport, side));
+                let point = |seen: &Seen| {
+                    let [error, noise] = seen.percent();
+                    [seen.sun_deg, error.max(noise), noise]
+                };
+                let points: Vec<[f64; 3]> = of_it.map(point).collect();
+                let line = points.iter().map(|point| [point[0], point[1]]).collect();
+                let colour = colour(transport);
+                let stroke = if side == Side::Below { Stroke::solid(colour, 2.0) } else { Stroke::dashed(colour, 2.0) };
+                all.extend([Mark::Line(line, stroke), Mark::Dots { points, colour, ring: side == Side::Above }]);
+            }
+        }
+        let title = format!("{} cloud, radiance (dashed: from above)", FIELDS[field].0);
+        Panel { title, x: sun(), y: error(), marks: all }
+    };
     let (fast, slow) = (times.iter().copied().fold(f64::MAX, f64::min), times.iter().copied().fold(0.0, f64::max));
     let mut dots = Vec::new();
     for (place, ring) in [(Place::Base, false), (Place::Ground, true)] {
@@ -351,6 +397,7 @@ fn picture(found: &[Found], times: &[f64; TRANSPORTS]) -> Figure {
     let panels = vec![
         panel(0, Place::Base, "cloud, light at its base"),
         panel(0, Place::Ground, "cloud, light on the ground"),
+        radiance(0),
         Panel {
             title: "cost against error, suns at 60 and 80 degrees".to_owned(),
             x: Axis::log("milliseconds of stage light", [fast / 1.5, slow * 1.5]),
@@ -359,6 +406,7 @@ fn picture(found: &[Found], times: &[f64; TRANSPORTS]) -> Figure {
         },
         panel(1, Place::Base, "cloud, light at its base"),
         panel(1, Place::Ground, "cloud, light on the ground"),
+        radiance(1),
         Panel {
             title: "broken cloud, direct light on the ground".to_owned(),
             x: sun(),
@@ -377,11 +425,11 @@ fn picture(found: &[Found], times: &[f64; TRANSPORTS]) -> Figure {
     Figure {
         title: "Sunlight through uneven cloud: cost against error".to_owned(),
         subtitle: format!(
-            "irradiance against Monte Carlo in three dimensions; fields of {SIDE} x {SIDE} texels in {EXTENT_M} m, \
+            "irradiance and radiance against Monte Carlo in three dimensions; fields of {SIDE} x {SIDE} texels in {EXTENT_M} m, \
              extinction {EXTINCTION_PER_M} per metre, Henyey-Greenstein 0.85, base {BASE_M} m, black ground; times of 512 x 512 texels"
         ),
-        size: [1320, 860],
-        columns: 3,
+        size: [1720, 860],
+        columns: 4,
         panels,
         legend: vec![first, second],
         scale: None,

@@ -224,7 +224,7 @@ pub const QUERY_PARAMETERS: &[QueryParameter] = &[
     QueryParameter {
         name: "transport",
         values: Transport::WORDS,
-        default: "by tolerance",
+        default: "by tolerance, field and view",
         meaning: "how sunlight is carried through uneven cloud",
         read: |given, text| set(&mut given.transport, Some(Some(word(text, &Transport::ALL)?))),
         write: |request| Some(request.wanted.transport()?.name().to_owned()),

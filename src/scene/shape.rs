@@ -132,6 +132,16 @@ impl Shape {
         !self.has_maps() && matches!(self.thickness, Some(Thickness::Uniform(_)))
     }
 
+    /// Whether the sky may be seen between its clouds: of maps nothing else is known without their images.
+    pub(crate) fn may_have_gaps(&self) -> bool {
+        let closed = match &self.thickness {
+            Some(Thickness::Uniform(_)) => true,
+            Some(Thickness::Stratocumulus(field)) => field.coverage.get() >= 1.0,
+            Some(Thickness::Map { .. }) | None => false,
+        };
+        self.has_maps() || !closed
+    }
+
     /// The least height that is known without images.
     pub(crate) fn flat_base_m(&self) -> Option<f64> {
         match (&self.base, &self.thickness) {
