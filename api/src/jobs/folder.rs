@@ -105,9 +105,19 @@ impl FrameFolder {
                 tracing::warn!(job = own.job, record, "the record of a frame is damaged, and the frame is dropped");
             }
             let frame = frame.and_then(Result::ok).filter(|frame| frame.definition == own.definition);
-            let is_there = |frame: &Frame| frame.files.keys().all(|file| names.contains(&file_name(at, file)));
-            if let Some(frame) = frame.filter(is_there) {
-                frames.insert(at, frame);
+            // A listing is no moment: a file may have been written in the midst of it, and its record after that.
+            let is_there = |file: &String| {
+                let name = file_name(at, file);
+                Ok::<_, StoreError>(names.contains(&name) || own.store.exists(&own.key(&name))?)
+            };
+            if let Some(frame) = frame {
+                let mut all = true;
+                for file in frame.files.keys() {
+                    all &= is_there(file)?;
+                }
+                if all {
+                    frames.insert(at, frame);
+                }
             }
         }
         let stray = |name: &&String| {
@@ -119,7 +129,7 @@ impl FrameFolder {
             })
         };
         for name in names.iter().filter(stray) {
-            // A listing is no moment: a frame may have been finished, and its claim given back, in the midst of it.
+            // Nor is it one for a frame that was finished, and whose claim was given back, meanwhile.
             let unlisted = read_name(name).map(|(at, _)| record_name(at)).filter(|record| !names.contains(record));
             let is_finished = match unlisted {
                 Some(record) => own.store.exists(&own.key(&record))?,
@@ -296,12 +306,13 @@ impl FrameFolder {
         Some(format!("{told:#}\n"))
     }
 
-    /// Writes `manifest.json` and `latest.json` where they are not what they should be.
-    pub fn publish(&self, now_ms: i64) -> Result<(), StoreError> {
+    /// Writes `manifest.json` and `latest.json` where they are not what they should be; true if anything was written.
+    pub fn publish(&self, now_ms: i64) -> Result<bool, StoreError> {
         let is_closed = lock(&self.is_closed);
         if *is_closed {
-            return Ok(());
+            return Ok(false);
         }
+        let mut is_written = false;
         let documents = [self.manifest(), self.latest_document(now_ms).unwrap_or_default()];
         let mut published = lock(&self.published);
         for ((name, document), last) in
@@ -313,9 +324,10 @@ impl FrameFolder {
                     false => self.store.put(&self.key(name), document.as_bytes())?,
                 }
                 *last = document;
+                is_written = true;
             }
         }
-        Ok(())
+        Ok(is_written)
     }
 }
 

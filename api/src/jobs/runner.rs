@@ -73,7 +73,11 @@ async fn publish(app: &Arc<App>, job: &Arc<Job>) -> Result<(), ApiError> {
     blocking(move || {
         job.frames.look()?;
         job.frames.trim(job.spec.keep, now)?;
-        Ok(job.frames.publish(now)?)
+        // Another server may have made a frame since, and told of it before this one, which knew less, wrote over that.
+        while job.frames.publish(now)? {
+            job.frames.look()?;
+        }
+        Ok(())
     })
     .await
 }
