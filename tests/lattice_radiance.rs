@@ -4,6 +4,8 @@
 mod common;
 #[path = "common/uneven.rs"]
 mod uneven;
+#[path = "common/weights.rs"]
+mod weights;
 
 use common::sky::Sky;
 use glam::dvec2;
@@ -13,6 +15,7 @@ use skyloom::reference::cloud_lattice::LatticeSeen;
 use skyloom::reference::{Map, cloud, cloud_lattice, cloud_plane};
 use skyloom::render::{Stages, Watch};
 use uneven::{SIDE, run, scene};
+use weights::coarse_weights;
 
 const LATTICE: (&str, &str) = ("transport", "lattice");
 const SIDES: [&str; 2] = ["below", "above"];
@@ -135,6 +138,7 @@ fn twin(sky: &mut Sky, scene: &Value, query: &[(&str, &str)]) -> (Stages, Vec<f6
 /// What the device draws is what its double in double precision computes from the same textures.
 #[test]
 fn the_device_draws_what_its_twin_computes() {
+    let close = 5e-4 + coarse_weights();
     let mut sky = Sky::open();
     let run = run("broken_sza60");
     let grey = scene(&mut sky, &run, 400.0);
@@ -160,7 +164,7 @@ fn the_device_draws_what_its_twin_computes() {
             let off: Vec<f64> = colours.zip(&light).map(|(a, b)| (f64::from(*a) - b).abs() / mean).collect();
             let (worst, sum) = (off.iter().copied().fold(0.0, f64::max), off.iter().sum::<f64>());
             eprintln!("{name} {view:?}: {worst:.5} at most, {:.6} in the mean", sum / off.len() as f64);
-            assert!(worst < 0.02 && sum / (off.len() as f64) < 5e-4, "{name} {view:?}: {worst}");
+            assert!(worst < 0.02 && sum / (off.len() as f64) < close, "{name} {view:?}: {worst}");
         }
     }
 }
