@@ -8,12 +8,13 @@ LISTEN ?= 127.0.0.1:8080
 # One profile for running, testing and measuring: dependencies are compiled once.
 FLAGS := --release --locked
 
-.PHONY: help run test attack fuzz driver fmt bench bench-baseline pictures charts figures audit
+.PHONY: help run test attack replicas fuzz driver fmt bench bench-baseline pictures charts figures audit
 
 help:
 	@echo "make run       start the server with its viewer on http://$(LISTEN) (LISTEN=ADDR:PORT for another place)"
 	@echo "make test      format check, lints as errors, every test"
 	@echo "make attack    call everything that docs/openapi.json has, thousands of times (with schemathesis too, where it is installed)"
+	@echo "make replicas  three servers on an S3 bucket behind nginx, one of them killed (installs nginx, builds an S3 server; some minutes)"
 	@echo "make fuzz      a million broken scenes, 100,000 images, queries, settings and jobs (some minutes)"
 	@echo "make bench     time of each stage, per texel, and how it stands to the committed baseline"
 	@echo "make bench-baseline  the same, written as the new baseline (docs/benches)"
@@ -41,6 +42,10 @@ attack: driver
 	SKYLOOM_ATTACK_CALLS=20000 $(CARGO) test $(FLAGS) --workspace --test api -- attack:: --nocapture
 	$(CARGO) build $(FLAGS)
 	@.ci/attack target/release/skyloom
+
+replicas:
+	@.ci/driver --required
+	@CARGO="$(CARGO)" .ci/replicas
 
 fuzz:
 	SKYLOOM_FUZZ_CASES=1000000 $(CARGO) test $(FLAGS) --workspace --test fuzz -- --nocapture

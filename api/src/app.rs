@@ -6,7 +6,7 @@ use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::time::{SystemTime, UNIX_EPOCH};
 
 use skyloom::scene::Scene;
-use skyloom::store::{Folder, Store, StoreError};
+use skyloom::store::{Store, StoreError};
 use skyloom::tables::TableLibrary;
 use tokio::sync::{OwnedSemaphorePermit, Semaphore, watch};
 
@@ -21,13 +21,13 @@ use crate::images::ImageStore;
 use crate::jobs::Jobs;
 use crate::mark;
 use crate::metrics::Metrics;
-use crate::notices;
 use crate::problem::ApiError;
 use crate::render_queue::{Factory, RenderQueue};
 use crate::replies::Replies;
 use crate::shelf::Quota;
 use crate::single_flight::SingleFlight;
 use crate::skies::SkyStore;
+use crate::storage;
 use crate::store_health::Watched;
 
 /// Images taken in or decoded at a time: each may need a few hundred megabytes.
@@ -123,18 +123,10 @@ pub async fn blocking<T: Send + 'static>(
 }
 
 impl App {
-    /// Opens the store in `config.server.data` and starts the render thread with `factory`.
+    /// Opens the store that the settings name and starts the render thread with `factory`.
     pub fn open(config: Config, factory: Factory) -> Result<Self, OpenError> {
-        let folder = Folder::new(&config.server.data);
-        if !config.store.create {
-            // Before anything is written at the place of a disk that is not mounted.
-            mark::of(&folder, false)?;
-        }
-        folder.prepare(&["skies", "images", "tables", "jobs", finished::FOLDER, notices::FOLDER])?;
-        for name in Jobs::names(&folder)? {
-            folder.prepare(&[&format!("jobs/{name}")])?;
-        }
-        Self::over(config, factory, Arc::new(folder))
+        let store = storage::open(&config)?;
+        Self::over(config, factory, store)
     }
 
     /// The same over a store.

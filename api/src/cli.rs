@@ -309,7 +309,7 @@ fn serve_command(options: &ArgMatches) -> Result<(), Fault> {
         config.server.listen.clone_from(listen);
     }
     if let Some(data) = options.get_one::<PathBuf>("data") {
-        config.server.data.clone_from(data);
+        config.keep_in(data);
     }
     config.check().map_err(|error| Fault::Usage(error.to_string()))?;
     logs::start("info", config.log.format);

@@ -67,6 +67,8 @@ pub enum ConfigError {
     Key(usize, &'static str),
     /// An origin that no browser tells so: its number in the list, and itself.
     Origin(usize, String),
+    /// A bucket that cannot be, or what cannot be of one: the key, and why.
+    Store(&'static str, String),
     /// A tolerance that is none.
     Tolerance(f64),
     /// Streams would keep all other requests out.
@@ -97,6 +99,7 @@ impl fmt::Display for ConfigError {
                 "access.cors[{number}] = {value:?}: allowed are origins as browsers tell them, such as \"https://example.org\" or \
                  \"http://localhost:3000\", without a path or a slash at the end, and \"*\""
             ),
+            Self::Store(key, why) => write!(out, "{key}{why}"),
             Self::Tolerance(value) => write!(out, "limits.least_tolerance = {value}: allowed are 0 to 1"),
             Self::Streams { streams, connections } => write!(
                 out,
@@ -141,6 +144,7 @@ impl Config {
                 return Err(ConfigError::Range(key, value, allowed));
             }
         }
+        self.check_store()?;
         if !(0.0..=1.0).contains(&self.limits.least_tolerance) {
             return Err(ConfigError::Tolerance(self.limits.least_tolerance));
         }
@@ -148,6 +152,25 @@ impl Config {
             return Err(ConfigError::Streams { streams: self.limits.streams, connections: server.connections });
         }
         Ok(())
+    }
+
+    /// Puts the store into a folder, whatever the settings say.
+    pub fn keep_in(&mut self, folder: &Path) {
+        folder.clone_into(&mut self.server.data);
+        self.store.url.clear();
+    }
+
+    /// Where the store is, for people.
+    pub fn place(&self) -> String {
+        match self.store.bucket() {
+            Some(_) => format!("bucket {}", self.store.url),
+            None => format!("data folder {}", self.server.data.display()),
+        }
+    }
+
+    /// Refuses a place of the store that cannot be one.
+    pub fn check_store(&self) -> Result<(), ConfigError> {
+        self.store.fault().map_or(Ok(()), |(key, why)| Err(ConfigError::Store(key, why)))
     }
 
     /// Every number with the range in which it works: beyond, times overflow the clock, and memory, handles or threads do not
@@ -236,6 +259,23 @@ mod tests {
         config.access.cors.push("https://tools.example/".to_owned());
         let error = config.check().unwrap_err().to_string();
         assert!(error.contains("access.cors[2]") && error.contains("slash"), "{error}");
+    }
+
+    #[test]
+    fn a_bucket_is_named_by_its_address() {
+        let store = |url: &str| Store { url: url.to_owned(), ..Store::default() };
+        assert_eq!(store("s3://sky-loom").bucket(), Some(["sky-loom", ""]));
+        assert_eq!(store("s3://sky.loom/over/europe/").bucket(), Some(["sky.loom", "over/europe"]));
+        for wrong in ["", "s3://", "s3://ab", "s3://Sky", "s3://sky//x", "s3://sky/../x", "https://sky/x", "/srv/sky"] {
+            assert_eq!(store(wrong).bucket(), None, "{wrong}");
+            let config = Config { store: store(wrong), ..Config::default() };
+            let told = config.check().err().map(|error| error.to_string());
+            assert_eq!(told.is_some_and(|told| told.contains("store.url")), !wrong.is_empty(), "{wrong}");
+        }
+        let days = Store { sky_days: 3, ..store("s3://sky-loom") };
+        let told = Config { store: days, ..Config::default() }.check().unwrap_err().to_string();
+        // A program without S3 says that first.
+        assert!(told.contains(if cfg!(feature = "s3") { "store.sky_days" } else { "--features" }), "{told}");
     }
 
     #[test]

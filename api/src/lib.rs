@@ -10,6 +10,8 @@ pub mod around;
 mod axes;
 pub mod body;
 pub mod bounded;
+#[cfg(feature = "s3")]
+pub mod bucket;
 pub mod budget;
 pub mod bundle;
 pub mod cli;
@@ -44,6 +46,7 @@ pub mod shelf;
 pub mod single_flight;
 pub mod skies;
 pub mod span;
+pub mod storage;
 pub mod store_health;
 pub mod sun;
 pub mod table_work;

@@ -3,7 +3,6 @@
 use std::fmt;
 use std::io::{self, ErrorKind, Write as _};
 use std::net::SocketAddr;
-use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -36,7 +35,7 @@ pub enum ServeError {
     /// The address cannot be listened on.
     Listen(Listen, io::Error),
     /// The service could not be opened on this data folder.
-    Open(PathBuf, OpenError),
+    Open(String, OpenError),
     /// Nobody can be told the address.
     Stdout(io::Error),
 }
@@ -47,7 +46,7 @@ impl fmt::Display for ServeError {
             Self::Threads(error) => write!(out, "starting threads: {error}"),
             Self::Signals(error) => write!(out, "signal handler: {error}"),
             Self::Listen(listen, error) => out.write_str(&not_listening(listen, error)),
-            Self::Open(data, error) => write!(out, "data folder {}: {error}", data.display()),
+            Self::Open(place, error) => write!(out, "{place}: {error}"),
             Self::Stdout(error) => write!(out, "writing to stdout: {error}"),
         }
     }
@@ -72,14 +71,14 @@ async fn run(config: Config) -> Result<(), ServeError> {
         None => None,
     };
     let factory = core_factory(config.render.wanted());
-    let data = config.server.data.clone();
-    let app = App::open(config, factory).map_err(|error| ServeError::Open(data.clone(), error))?;
+    let place = config.place();
+    let app = App::open(config, factory).map_err(|error| ServeError::Open(place.clone(), error))?;
     let app = Arc::new(app);
     Jobs::start(&app);
     tokio::spawn(upkeep::sweep(Arc::clone(&app)));
     let admin_address = admin.as_ref().map(|(_, address)| *address);
     announce(address, admin_address).map_err(ServeError::Stdout)?;
-    tracing::info!(%address, data = %data.display(), version = %*skyloom::VERSION, "listening");
+    tracing::info!(%address, store = %place, version = %*skyloom::VERSION, "listening");
 
     let connections = accept(&app, listener, admin.map(|(listener, _)| listener), &mut stop).await;
     let grace = Duration::from_secs(app.config.server.grace_s);

@@ -245,7 +245,7 @@ fn give_roof(server: &Server) -> String {
 }
 
 /// A grey picture.
-fn grey_png(side: u32) -> Vec<u8> {
+pub(crate) fn grey_png(side: u32) -> Vec<u8> {
     let mut bytes = std::io::Cursor::new(Vec::new());
     image::GrayImage::from_fn(side, side, |x, y| image::Luma([(x * 31 + y) as u8]))
         .write_to(&mut bytes, image::ImageFormat::Png)

@@ -7,7 +7,7 @@ use serde_json::Value;
 
 use crate::harness::{common, program, scene};
 
-fn deploy(name: &str) -> PathBuf {
+pub(crate) fn file(name: &str) -> PathBuf {
     PathBuf::from(env!("CARGO_MANIFEST_DIR")).parent().unwrap().join("deploy").join(name)
 }
 
@@ -19,7 +19,7 @@ fn named(text: &str) -> BTreeSet<String> {
 
 #[test]
 fn the_dashboard_shows_every_metric_and_no_other() {
-    let dashboard: Value = serde_json::from_slice(&std::fs::read(deploy("grafana.json")).unwrap()).unwrap();
+    let dashboard: Value = serde_json::from_slice(&std::fs::read(file("grafana.json")).unwrap()).unwrap();
     let asked = dashboard["panels"].as_array().unwrap().iter().flat_map(|panel| panel["targets"].as_array().unwrap());
     let asked: BTreeSet<String> = asked.flat_map(|target| named(target["expr"].as_str().unwrap())).collect();
     let plain = |name: &String| {
@@ -38,7 +38,7 @@ fn the_dashboard_shows_every_metric_and_no_other() {
 /// Settings that are taken let the server come as far as its data folder, which cannot be one here.
 #[test]
 fn the_settings_of_replicas_are_taken() {
-    let settings = deploy("skyloom.toml");
+    let settings = file("skyloom.toml");
     let told = program()
         .args(["serve", "--listen", "127.0.0.1:0", "--data", "/dev/null/none", "--config"])
         .arg(settings)

@@ -22,6 +22,8 @@ mod letter;
 mod lifecycle;
 mod observed;
 mod points;
+#[cfg(feature = "s3")]
+mod replicas;
 #[path = "../common/schema.rs"]
 mod schema_tools;
 mod sun;

@@ -154,16 +154,22 @@ pub(crate) struct Server {
 
 impl Server {
     pub(crate) fn start(data: &Path, options: &[&str], environment: &[(&str, &str)]) -> Self {
-        let mut child = program()
-            .args(["serve", "--listen", "127.0.0.1:0", "--data"])
-            .arg(data)
-            .args(options)
-            .envs(environment.iter().copied())
-            .env("SKYLOOM_LOG", "warn")
-            .stdout(Stdio::piped())
-            .stderr(Stdio::piped())
-            .spawn()
-            .unwrap();
+        let mut command = program();
+        command.args(["serve", "--listen", "127.0.0.1:0", "--data"]).arg(data).args(options);
+        Self::spawn(command.envs(environment.iter().copied()))
+    }
+
+    /// Starts a server with a settings file that names its store.
+    #[cfg(feature = "s3")]
+    pub(crate) fn with_file(settings: &Path, environment: &[(&str, &str)]) -> Self {
+        let mut command = program();
+        command.args(["serve", "--listen", "127.0.0.1:0", "--config"]).arg(settings);
+        Self::spawn(command.envs(environment.iter().copied()))
+    }
+
+    fn spawn(command: &mut Command) -> Self {
+        let mut child =
+            command.env("SKYLOOM_LOG", "warn").stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
         let log = Arc::new(Mutex::new(Log::default()));
         let (stderr, heard) = (BufReader::new(child.stderr.take().unwrap()), Arc::clone(&log));
         let listener = std::thread::spawn(move || {

@@ -5,12 +5,13 @@ use std::path::PathBuf;
 use std::time::SystemTime;
 
 use clap::{Arg, ArgAction, ArgMatches, Command, value_parser};
-use skyloom::store::{Folder, StoreError, Upkeep};
+use skyloom::store::{StoreError, Upkeep};
 
 use super::fault::Fault;
 use super::render::LateBar;
 use super::streams::to_stdout;
 use crate::config::Config;
+use crate::storage;
 use crate::upkeep::{self, Removal};
 
 /// The command and what it takes.
@@ -70,13 +71,14 @@ fn open(options: &ArgMatches) -> Result<(Config, Box<dyn Upkeep>), Fault> {
         None => Config::default(),
     };
     if let Some(data) = options.get_one::<PathBuf>("data") {
-        config.server.data.clone_from(data);
+        config.keep_in(data);
     }
+    config.check_store().map_err(|error| Fault::Usage(error.to_string()))?;
     let data = &config.server.data;
-    if !data.is_dir() {
+    if config.store.bucket().is_none() && !data.is_dir() {
         return Err(Fault::Usage(format!("{}: there is no such folder", data.display())));
     }
-    let store = Box::new(Folder::new(data));
+    let store = storage::to_look_after(&config).map_err(failed)?;
     Ok((config, store))
 }
 
