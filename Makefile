@@ -13,7 +13,7 @@ FLAGS := --release --locked
 help:
 	@echo "make run       start the server with its viewer on http://$(LISTEN) (LISTEN=ADDR:PORT for another place)"
 	@echo "make test      format check, lints as errors, every test"
-	@echo "make attack    call everything that docs/openapi.json has, thousands of times (with schemathesis too, where it is installed)"
+	@echo "make attack    call everything that docs/openapi.json has, thousands of times (with schemathesis too, where it is installed); kill servers fifty times"
 	@echo "make replicas  three servers on an S3 bucket behind nginx, one of them killed (installs nginx, builds an S3 server; some minutes)"
 	@echo "make fuzz      a million broken scenes, 100,000 images, queries, settings and jobs (some minutes)"
 	@echo "make bench     time of each stage, per texel, and how it stands to the committed baseline"
@@ -42,6 +42,7 @@ attack: driver
 	SKYLOOM_ATTACK_CALLS=20000 $(CARGO) test $(FLAGS) --workspace --test api -- attack:: --nocapture
 	$(CARGO) build $(FLAGS)
 	@.ci/attack target/release/skyloom
+	SKYLOOM_KILLS=50 $(CARGO) test $(FLAGS) --workspace --test api -- kill --nocapture
 
 replicas:
 	@.ci/driver --required

@@ -349,6 +349,11 @@ impl Drop for Server {
     }
 }
 
+/// How often a test kills what it tries: as often as usual, or as `SKYLOOM_KILLS` says.
+pub(crate) fn kills(usual: u32) -> u32 {
+    std::env::var("SKYLOOM_KILLS").map_or(usual, |told| told.parse().unwrap())
+}
+
 /// Polls until `done` gives something.
 pub(crate) fn eventually<T>(what: &str, mut done: impl FnMut() -> Option<T>) -> T {
     let start = Instant::now();

@@ -7,7 +7,7 @@ use std::time::{Duration, SystemTime};
 
 use serde_json::{Value, json};
 
-use crate::harness::{NO_DRIVER, Server, eventually, program, scene};
+use crate::harness::{NO_DRIVER, Server, eventually, kills, program, scene};
 use crate::images::ramp;
 
 /// Runs `skyloom store`: its exit code, and what it told.
@@ -364,4 +364,44 @@ fn nothing_acknowledged_is_lost_by_fifty_kills() {
             assert!(data.path().join(folder).join(format!("{name}{ending}")).is_file(), "{folder}/{name} is lost");
         }
     }
+}
+
+/// Their writing is killed at moments from its first file on.
+#[test]
+fn tables_are_whole_or_not_there_however_often_their_maker_is_killed() {
+    let data = tempfile::tempdir().unwrap();
+    let wanted = |round: u32| {
+        let mut own = scene();
+        own["layers"][0]["droplets"] = json!({ "effective_radius_um": 4.0 + 0.05 * f64::from(round) });
+        let query = json!({ "size": 4, "tolerance": 0.3 });
+        json!({ "scene": own, "textures": [{ "texture": "cloud", "format": "f32", "query": query }] }).to_string()
+    };
+    let rounds = kills(4);
+    let folder = data.path().join("tables");
+    let count = || fs::read_dir(&folder).map_or(0, Iterator::count);
+    for round in 0..rounds {
+        let server = Server::start(data.path(), &[], &[]);
+        server.is_ready();
+        let before = count();
+        std::thread::scope(|scope| {
+            // No answer comes, or one that is none of JSON.
+            scope.spawn(|| server.try_post("/v1/render", "application/json", wanted(round).as_bytes()).is_ok());
+            eventually("a table, or a part of one", || (count() > before).then_some(()));
+            std::thread::sleep(Duration::from_millis(u64::from(7 * round % 31)));
+            server.signal_kill();
+        });
+    }
+    let (code, told) = store(data.path(), "check", &[]);
+    assert_eq!(code, 0, "{told}");
+    // What is there is used, and what is not is made: to the same texels as without any.
+    let texels = |place: &Path, round: u32| {
+        let server = Server::start(place, &[], &[]);
+        server.is_ready();
+        let answer =
+            server.ask("POST", "/v1/render", &[("content-type", "application/json")], wanted(round).as_bytes());
+        assert_eq!(answer.status, 200, "{}", answer.text());
+        answer.body
+    };
+    let fresh = tempfile::tempdir().unwrap();
+    assert_eq!(texels(data.path(), rounds - 1), texels(fresh.path(), rounds - 1));
 }
