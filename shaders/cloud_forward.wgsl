@@ -21,8 +21,9 @@
 // What comes after these.
 const METHOD_NEXT: u32 = METHOD_BINDING + 2u;
 
-// Rows of the veil's texture: factor of single scattering, even light, first of reflected light; part of the depth that counts.
-const VEIL_ROWS: f32 = 5.0;
+// Rows of the veil's texture: factor of single scattering, even light, first of reflected light; part of the depth that counts; factor of
+// transmitted light without the forward peak.
+const VEIL_ROWS: f32 = 6.0;
 // Exponent of the cosine of the view's zenith below thick slabs, and the scaled depth at which half of it is reached.
 const VEIL_THICK: f32 = 0.45;
 const VEIL_THICK_FROM: f32 = 2.5;
@@ -41,17 +42,20 @@ fn sunlight(ray: ViewRay) -> vec3<f32> {
     // Photons travel along -sun and leave along seen: the angle between the two is that of scattering.
     let half_sin = min(0.5 * length(ray.seen + frame.sun.towards), 1.0);
     let half_cos = min(0.5 * length(ray.seen - frame.sun.towards), 1.0);
-    let row = vec2<f32>(phase_coordinate(half_sin, half_cos), 2.5 / PHASE_ROWS);
+    let angle = phase_coordinate(half_sin, half_cos);
     let coordinate = slab_depth_coordinate(ray.depth);
     let first_row = select(2.0, 0.0, ray.from_above);
-    let once = veil_row(first_row, coordinate) * sample_clamped(phase, clamped, row).rgb;
+    let whole = sample_clamped(phase, clamped, vec2<f32>(angle, 2.5 / PHASE_ROWS)).rgb;
+    let once = veil_row(first_row, coordinate) * whole;
     let path_v = veil_row(4.0, coordinate) * frame.medium.extinction * ray.path_m;
     let path_l = path_v * (ray.cosine / frame.sun.slant_cosine);
     let even = veil_row(first_row + 1.0, coordinate) * slab_thin_share(ray.depth) * path_v * slab_phi1(path_v);
     if ray.from_above {
         return once * slab_order1_reflected(path_l, path_v) + even;
     }
+    let smooth_part = sample_clamped(phase, clamped, vec2<f32>(angle, 0.5 / PHASE_ROWS)).rgb;
+    let all = once + veil_row(5.0, coordinate) * smooth_part;
     let scaled = path_v * ray.cosine;
     let narrowing = exp(VEIL_THICK * log(ray.cosine) * scaled / (scaled + VEIL_THICK_FROM));
-    return once * slab_order1_transmitted(path_l, path_v) + even * narrowing;
+    return all * slab_order1_transmitted(path_l, path_v) + even * narrowing;
 }

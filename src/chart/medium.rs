@@ -28,7 +28,7 @@ pub(super) struct Medium {
     mix: Mix,
     pub(super) channel: Channel,
     pub(super) fluxes: FluxTable,
-    phases: PhaseTables,
+    pub(super) phases: PhaseTables,
     aureole: Aureole,
 }
 
@@ -116,7 +116,7 @@ impl Medium {
 
     /// Method "forward" for one sun.
     pub(super) fn veil(&self, mu_sun: f64) -> MediumVeil<'_> {
-        MediumVeil { medium: self, scattered: Scattered::new(&self.channel, mu_sun), mu_sun }
+        MediumVeil { medium: self, scattered: Scattered::new(&self.channel, &self.phases, mu_sun), mu_sun }
     }
 
     /// Tables of method "tabulated".

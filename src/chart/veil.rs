@@ -16,7 +16,7 @@ impl Radiance for MediumVeil<'_> {
     fn radiance(&self, side: Side, depth: f64, mu_view: f64, azimuth: f64) -> f64 {
         let medium = self.medium;
         let angle = side.scattering_cosine(self.mu_sun, mu_view, azimuth).acos();
-        let phase = medium.channel.phase.value(angle) / (4.0 * PI);
+        let phase = [medium.channel.phase.value(angle) / (4.0 * PI), medium.phases.smooth(angle)];
         self.scattered.veil(&medium.fluxes, depth).radiance(side, phase, depth, self.mu_sun, mu_view)
     }
 }

@@ -16,7 +16,7 @@ use glam::DVec3;
 pub struct Maps<'a> {
     /// See [`crate::slice::veil`].
     pub veil: &'a Map,
-    /// Columns of scattering angle; last row: the phase function, per steradian.
+    /// Columns of scattering angle; first row: the phase function without its forward peak, last row: all of it, per steradian.
     pub phase: &'a Map,
 }
 
@@ -25,11 +25,13 @@ pub fn sunlight(frame: &Frame, maps: &Maps<'_>, ray: &ViewRay) -> DVec3 {
     // Photons travel along -sun and leave along seen: the angle between the two is that of scattering.
     let half_sin = 0.5 * (ray.seen + vec3(frame.sun.towards)).length();
     let half_cos = 0.5 * (ray.seen - vec3(frame.sun.towards)).length();
-    let angle = [phase_coordinate(half_sin, half_cos), 2.5 / PHASE_ROWS as f64];
+    let phase =
+        |row: f64| rgb(maps.phase.sample_clamped([phase_coordinate(half_sin, half_cos), row / PHASE_ROWS as f64]));
     let coordinate = slab_depth_coordinate(ray.depth);
     let row = |row: usize| rgb(maps.veil.sample_clamped([coordinate, (row as f64 + 0.5) / VEIL_ROWS as f64]));
     let first = if ray.from_above { 0 } else { 2 };
-    let once = row(first) * rgb(maps.phase.sample_clamped(angle));
+    let smooth = if ray.from_above { DVec3::ZERO } else { row(5) * phase(0.5) };
+    let once = row(first) * phase(2.5) + smooth;
     let path_v = row(4) * vec3(frame.medium.extinction) * ray.path_m;
     let path_l = path_v * (ray.cosine / f64::from(frame.sun.slant_cosine));
     let even = row(first + 1) * slab_thin_share(ray.depth);

@@ -3,10 +3,11 @@
 //! After a note on the whiteness of clouds whose lobe is `(n + 1) / 2 max(0, cos)^n` with `n = 32 * 2^-depth`, and whose light grows with
 //! `1 - 2^-depth`: right up to a depth of about 4, never dark beyond, and even along the layer. Here the lobe is the droplets' phase
 //! function, and what leaves towards a slanted view has come through as much more of the layer. What is scattered forwards counts as hardly
-//! scattered (delta scaling by [`PEAK_MOMENT`]). The light of each side has the slab's exact flux for every depth and sun, so that thick
+//! scattered (delta scaling by [`PEAK_MOMENT`]); the forward peak itself is lower the more often it scatters. The light of each side has the slab's exact flux for every depth and sun, so that thick
 //! veils darken: what single scattering leaves of it, or has too much of, is even light of the layer, around the zenith where it is thick.
 
 use super::fluxes::FluxTable;
+use super::phases::PhaseTables;
 use super::quadrature::{Rule, gauss_legendre};
 use super::radiance::Side;
 use crate::optics::Channel;
@@ -19,6 +20,8 @@ const PEAK_MOMENT: usize = 8;
 pub const THICK: f64 = 0.45;
 /// See [`THICK`].
 pub const THICK_FROM: f64 = 2.5;
+/// Times that light meets the forward peak on its way where half of its glare is gone: it is spread over more of the sky.
+const SPREAD: f64 = 2.5;
 /// Angles from the sunlight to a right angle and beyond, and turns around it on each side of the horizon, at which the flux of single
 /// scattering is summed: halos and bows are a degree wide.
 const ANGLES: usize = 128;
@@ -34,8 +37,12 @@ pub struct Scattered {
     mu_sun: f64,
     kept: f64,
     albedo: f64,
-    /// Of each side, by view.
-    weights: [Vec<f64>; 2],
+    /// Part of extinction that is scattered within the forward peak, and of scattering that is not.
+    peak: f64,
+    smooth: f64,
+    /// Of the whole phase function on each side, and without its forward peak on the far one, by view.
+    whole: [Vec<f64>; 2],
+    smooth_through: Vec<f64>,
     /// For the flux of even light, by the root of the view's cosine: thin layers are bright at the horizon.
     roots: Rule,
 }
@@ -45,8 +52,10 @@ pub struct Scattered {
 pub struct Veil {
     /// Part of the optical depth that counts, 0 to 1.
     pub kept: f64,
-    /// Factor of the phase function, in 1/sr, and the geometry of single scattering.
+    /// Factor of the whole phase function and the geometry of single scattering.
     pub single: [f64; 2],
+    /// The same of the phase function without its forward peak, of transmitted light: in place of what the peak has lost.
+    pub smooth: f64,
     /// Even light, 1/sr per unit irradiance on a plane facing the sun, of a layer that hides what is behind.
     pub even: [f64; 2],
 }
@@ -54,10 +63,10 @@ pub struct Veil {
 impl Scattered {
     /// Sums the phase function over directions. `mu_sun`: cosine of the sun's zenith, in (0, 1].
     #[must_use]
-    pub fn new(channel: &Channel, mu_sun: f64) -> Self {
+    pub fn new(channel: &Channel, phases: &PhaseTables, mu_sun: f64) -> Self {
         let (angles, turns) = (gauss_legendre(ANGLES), gauss_legendre(TURNS));
         let sin_sun = (1.0 - mu_sun * mu_sun).max(0.0).sqrt();
-        let mut weights = [vec![0.0; VIEWS], vec![0.0; VIEWS]];
+        let (mut whole, mut smooth_through) = ([vec![0.0; VIEWS], vec![0.0; VIEWS]], vec![0.0; VIEWS]);
         let of_half = |back: bool| angles.nodes.iter().zip(&angles.weights).map(move |node| (back, node));
         for (back, (place, weight)) in [false, true].into_iter().flat_map(of_half) {
             // Dense at 0 and at 180 degrees.
@@ -66,7 +75,9 @@ impl Scattered {
             let (angle, cosine) = (2.0 * half_sin.asin(), 1.0 - 2.0 * half_sin * half_sin);
             let (angle, cosine) = if back { (PI - angle, -cosine) } else { (angle, cosine) };
             let (sine, per_place) = (2.0 * half_sin * half_cos, 4.0 * FRAC_1_SQRT_2 * place / half_cos);
-            let ring = channel.phase.value(angle) / (4.0 * PI) * sine * per_place * weight;
+            let ring = sine * per_place * weight;
+            let phase = channel.phase.value(angle) / (4.0 * PI);
+            let smooth = phases.smooth(angle);
             // Downwards where cos(turn) < along / across.
             let (along, across) = (cosine * mu_sun, sine * sin_sun);
             let edge = if across > along.abs() {
@@ -83,24 +94,37 @@ impl Scattered {
                     let place = mu.abs().min(1.0).sqrt() * (VIEWS - 1) as f64;
                     let low = (place as usize).min(VIEWS - 2);
                     let value = 2.0 * (to - from) * part * ring;
-                    weights[side as usize][low] += value * (low as f64 + 1.0 - place);
-                    weights[side as usize][low + 1] += value * (place - low as f64);
+                    for (view, part) in [(low, low as f64 + 1.0 - place), (low + 1, place - low as f64)] {
+                        whole[side as usize][view] += value * part * phase;
+                        if side == Side::Transmitted {
+                            smooth_through[view] += value * part * smooth;
+                        }
+                    }
                 }
             }
         }
-        let peak = channel.moments.get(PEAK_MOMENT).copied().unwrap_or(0.0).clamp(0.0, 0.99);
-        let kept = 1.0 - channel.albedo * peak;
-        Self { mu_sun, kept, albedo: channel.albedo / kept, weights, roots: gauss_legendre(NODES) }
+        let scaled = channel.moments.get(PEAK_MOMENT).copied().unwrap_or(0.0).clamp(0.0, 0.99);
+        let kept = 1.0 - channel.albedo * scaled;
+        Self {
+            mu_sun,
+            kept,
+            albedo: channel.albedo / kept,
+            peak: channel.albedo * phases.forward_fraction,
+            smooth: 1.0 - phases.forward_fraction,
+            whole,
+            smooth_through,
+            roots: gauss_legendre(NODES),
+        }
     }
 
-    /// Irradiance on the horizontal plane of what a veil scatters once.
-    fn flux(&self, side: Side, depth: f64) -> f64 {
+    /// Irradiance on the horizontal plane of light that is scattered once, with an albedo of 1, by some weights.
+    fn flux(&self, weights: &[f64], side: Side, depth: f64) -> f64 {
         let of_view = |(view, weight): (usize, &f64)| {
             let mu = (view as f64 / (VIEWS - 1) as f64).powi(2);
             // Nothing leaves along the layer.
             if view == 0 { 0.0 } else { weight * mu * side.order1(self.kept * depth, self.mu_sun, mu) }
         };
-        self.albedo * self.weights[side as usize].iter().enumerate().map(of_view).sum::<f64>()
+        weights.iter().enumerate().map(of_view).sum()
     }
 
     /// Irradiance on the horizontal plane of [`even_light`].
@@ -115,13 +139,28 @@ impl Scattered {
         let all = fluxes.beam(optical_depth, self.mu_sun);
         // Not the difference of transmittances: a thin veil's digits would be lost.
         let through = (-(-optical_depth / self.mu_sun).exp_m1() - all.reflectance - all.absorptance).max(0.0);
-        let mut veil = Veil { kept: self.kept, single: [self.albedo; 2], even: [0.0; 2] };
+        let often = self.peak * optical_depth / self.mu_sun;
+        let left = 1.0 / (1.0 + (often / SPREAD).powi(4));
+        let mut veil = Veil {
+            kept: self.kept,
+            single: [self.albedo, self.albedo * left],
+            smooth: self.albedo * self.smooth * (1.0 - left),
+            even: [0.0; 2],
+        };
         for (side, part) in Side::BOTH.into_iter().zip([all.reflectance, through]) {
-            let (wanted, once) = (self.mu_sun * part, self.flux(side, optical_depth));
-            if once > wanted {
-                veil.single[side as usize] *= wanted / once;
-            } else {
+            let whole = veil.single[side as usize] * self.flux(&self.whole[side as usize], side, optical_depth);
+            let smooth = match side {
+                Side::Reflected => 0.0,
+                Side::Transmitted => veil.smooth * self.flux(&self.smooth_through, side, optical_depth),
+            };
+            let (wanted, once) = (self.mu_sun * part, whole + smooth);
+            if once <= wanted {
                 veil.even[side as usize] = (wanted - once) / self.even_flux(side, self.kept * optical_depth);
+                continue;
+            }
+            veil.single[side as usize] *= wanted / once;
+            if side == Side::Transmitted {
+                veil.smooth *= wanted / once;
             }
         }
         veil
@@ -129,12 +168,14 @@ impl Scattered {
 }
 
 impl Veil {
-    /// Radiance, 1/sr per unit irradiance facing the sun, of a veil of an optical depth. `phase`: P / 4 pi at the angle of scattering.
+    /// Radiance, 1/sr per unit irradiance facing the sun, of a veil of an optical depth. `phase`: P / 4 pi at the angle of scattering, of the
+    /// whole phase function and of [`PhaseTables::smooth`].
     #[must_use]
-    pub fn radiance(&self, side: Side, phase: f64, optical_depth: f64, mu_sun: f64, mu_view: f64) -> f64 {
+    pub fn radiance(&self, side: Side, phase: [f64; 2], optical_depth: f64, mu_sun: f64, mu_view: f64) -> f64 {
         let scaled = self.kept * optical_depth;
-        let (single, even) = (self.single[side as usize], self.even[side as usize]);
-        single * phase * side.order1(scaled, mu_sun, mu_view) + even * even_light(side, scaled, mu_view)
+        let smooth = if side == Side::Transmitted { self.smooth * phase[1] } else { 0.0 };
+        let once = self.single[side as usize] * phase[0] + smooth;
+        once * side.order1(scaled, mu_sun, mu_view) + self.even[side as usize] * even_light(side, scaled, mu_view)
     }
 }
 

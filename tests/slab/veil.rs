@@ -1,6 +1,6 @@
 //! Claims about method "forward": fluxes are exact at every depth and sun, radiance is as good as is said.
 
-use skyloom::optics::{Channel, Mix};
+use skyloom::optics::Mix;
 use skyloom::slab::fluxes::FluxTable;
 use skyloom::slab::quadrature::gauss_legendre;
 use skyloom::slab::radiance::{Completion, Side};
@@ -14,8 +14,13 @@ fn tables(mix: &Mix) -> Arc<MixTables> {
     TableLibrary::new(None).get(mix, Some(Detail::Coarse), &|_| ()).unwrap()
 }
 
+/// P / 4 pi of the middle channel, with and without the forward peak.
+fn phase(tables: &MixTables, angle: f64) -> [f64; 2] {
+    [tables.channels[1].phase.value(angle) / (4.0 * PI), tables.phases[1].smooth(angle)]
+}
+
 /// Light that leaves on both sides, by a quadrature of its own: over the hemisphere around the zenith, not around the sun.
-fn fluxes_out(veil: &Veil, channel: &Channel, depth: f64, mu_sun: f64) -> [f64; 2] {
+fn fluxes_out(veil: &Veil, tables: &MixTables, depth: f64, mu_sun: f64) -> [f64; 2] {
     let (roots, azimuths) = (gauss_legendre(400), gauss_legendre(200));
     Side::BOTH.map(|side| {
         let mut sum = 0.0;
@@ -25,7 +30,7 @@ fn fluxes_out(veil: &Veil, channel: &Channel, depth: f64, mu_sun: f64) -> [f64; 
             for (turn, part) in azimuths.nodes.iter().zip(&azimuths.weights) {
                 // Dense where the sun is.
                 let cosine = side.scattering_cosine(mu_sun, mu, PI * turn * turn);
-                let radiance = veil.radiance(side, channel.phase.value(cosine.acos()) / (4.0 * PI), depth, mu_sun, mu);
+                let radiance = veil.radiance(side, phase(tables, cosine.acos()), depth, mu_sun, mu);
                 sum += 8.0 * PI * root * turn * weight * part * mu * radiance;
             }
         }
@@ -45,11 +50,11 @@ fn veils_carry_the_exact_flux_at_every_depth_and_sun() {
         let tables = tables(&Mix::HenyeyGreenstein { asymmetry, albedo });
         for sun_deg in [0.0_f64, 45.0, 70.0, 85.0, 89.5] {
             let mu = sun_deg.to_radians().cos();
-            let scattered = Scattered::new(&tables.channels[1], mu);
+            let scattered = Scattered::new(&tables.channels[1], &tables.phases[1], mu);
             for depth in [1e-5, 1e-3, 0.05, 0.5, 2.0, 8.0, 32.0, 1000.0] {
                 let veil = scattered.veil(&tables.fluxes[1], depth);
                 let wanted = exact(&tables.fluxes[1], depth, mu);
-                for (found, wanted) in fluxes_out(&veil, &tables.channels[1], depth, mu).into_iter().zip(wanted) {
+                for (found, wanted) in fluxes_out(&veil, &tables, depth, mu).into_iter().zip(wanted) {
                     let name = format!("g {asymmetry}, albedo {albedo}, depth {depth}, sun {sun_deg}");
                     assert!((found - wanted).abs() <= 5e-3 * wanted + 1e-12, "{name}: {found} for {wanted}");
                 }
@@ -71,10 +76,10 @@ fn between_the_depths_of_its_texture_a_veil_is_still_normalised() {
                 let at = |x: usize| f64::from(map.data[4 * (row * map.width as usize + x) + 1]);
                 0.5 * (at(low) + at(low + 1))
             };
-            let veil = Veil { single: [row(0), row(2)], even: [row(1), row(3)], kept: row(4) };
+            let veil = Veil { single: [row(0), row(2)], even: [row(1), row(3)], kept: row(4), smooth: row(5) };
             let depth = (depths[low] * depths[low + 1]).sqrt();
             let wanted = exact(&tables.fluxes[1], depth, mu);
-            for (found, wanted) in fluxes_out(&veil, &tables.channels[1], depth, mu).into_iter().zip(wanted) {
+            for (found, wanted) in fluxes_out(&veil, &tables, depth, mu).into_iter().zip(wanted) {
                 assert!((found / wanted - 1.0).abs() < 0.01, "depth {depth}, sun {sun_deg}: {}", found / wanted);
             }
         }
@@ -85,11 +90,11 @@ fn between_the_depths_of_its_texture_a_veil_is_still_normalised() {
 /// on: reflected, transmitted.
 fn errors(tables: &MixTables, radiance: &Radiance, depth: f64, sun_deg: f64) -> [f64; 2] {
     let (channel, table) = (&tables.channels[1], &radiance[1]);
-    let phase = |angle: f64| channel.phase.value(angle);
-    let completion = Completion { scaling: table.scaling(), aureole: &tables.aureoles[1], phase: &phase };
+    let whole = |angle: f64| channel.phase.value(angle);
+    let completion = Completion { scaling: table.scaling(), aureole: &tables.aureoles[1], phase: &whole };
     let mu = sun_deg.to_radians().cos();
     let slice = table.slice(mu, 1.0);
-    let veil = Scattered::new(channel, mu).veil(&tables.fluxes[1], depth);
+    let veil = Scattered::new(channel, &tables.phases[1], mu).veil(&tables.fluxes[1], depth);
     Side::BOTH.map(|side| {
         let (mut error, mut all) = (0.0, 0.0);
         for i in 0..24 * 24 {
@@ -100,7 +105,7 @@ fn errors(tables: &MixTables, radiance: &Radiance, depth: f64, sun_deg: f64) -> 
             }
             let remainder = slice.remainder(side, depth, mu_view, azimuth);
             let truth = completion.radiance(side, remainder, depth, mu, mu_view, azimuth);
-            let found = veil.radiance(side, phase(cosine.acos()) / (4.0 * PI), depth, mu, mu_view);
+            let found = veil.radiance(side, phase(tables, cosine.acos()), depth, mu, mu_view);
             error += (found - truth).powi(2);
             all += truth * truth;
         }
