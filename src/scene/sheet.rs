@@ -34,13 +34,14 @@ pub(super) fn read(reader: &mut Reader, layer: &Object<'_>, resolve: Resolve<'_>
         Depth::Map(map) => (None, Some(map)),
         Depth::Even(depth) => {
             let metres = depth.get() / droplets.stated_extinction_per_m()?;
-            let thickness = ThicknessM::try_from(metres).map_err(|_| {
+            let Ok(thickness) = ThicknessM::try_from(metres) else {
                 let most = ThicknessM::RANGE.end();
                 let detail =
                     format!("over the extinction of the droplets it is {metres} m thick; at most {most} m are allowed");
                 reader.wrong(layer.at("optical_depth"), detail);
-            });
-            (Some(Thickness::Uniform(thickness.ok()?)), None)
+                return None;
+            };
+            (Some(Thickness::Uniform(thickness)), None)
         }
     };
     let shape = Shape { base: Edge::Flat(base_m), top: Edge::Open, thickness, optical_depth };
