@@ -1,7 +1,7 @@
 // Output: radiance that leaves the cloud towards the viewer, premultiplied, and alpha. Method "forward".
 //
-// Sunlight: a lobe around its way, as wide as what was scattered forward alone, and even light of all the rest, each with the
-// exact flux (src/slab/veil.rs).
+// Sunlight: scattered once, with the whole phase function, at a depth that counts what is scattered forwards as hardly scattered; and
+// even light of all the rest, so that each side has its exact flux (src/slab/veil.rs).
 @group(0) @binding(0) var<uniform> frame: Frame;
 @group(0) @binding(1) var<uniform> view: CloudView;
 // Bindings 2 and 3: the cloud's shape, as the view looks at it.
@@ -16,14 +16,17 @@
 @group(0) @binding(12) var behind: texture_2d<f32>; // even light beyond all layers that are drawn
 @group(0) @binding(13) var<storage, read_write> held: array<vec3<f32>>; // by what lies before: see left_of
 @group(0) @binding(METHOD_BINDING) var veil: texture_2d<f32>;
+@group(0) @binding(METHOD_BINDING + 1) var phase: texture_2d<f32>;
 
 // What comes after these.
-const METHOD_NEXT: u32 = METHOD_BINDING + 1u;
+const METHOD_NEXT: u32 = METHOD_BINDING + 2u;
 
-// Rows of the veil's texture: glare, exponent, light from the zenith, reflected light.
-const VEIL_ROWS: f32 = 4.0;
-// Exponent of the cosine of the view's zenith below thick slabs.
+// Rows of the veil's texture: factor of single scattering, even light, first of reflected light; part of the depth that counts; factor of
+// transmitted light without the forward peak.
+const VEIL_ROWS: f32 = 6.0;
+// Exponent of the cosine of the view's zenith below thick slabs, and the scaled depth at which half of it is reached.
 const VEIL_THICK: f32 = 0.45;
+const VEIL_THICK_FROM: f32 = 2.5;
 
 @compute @workgroup_size(16, 16)
 fn main(@builtin(global_invocation_id) id: vec3<u32>) {
@@ -36,17 +39,23 @@ fn veil_row(row: f32, coordinate: f32) -> vec3<f32> {
 
 // Scattered sunlight, per irradiance facing the sun.
 fn sunlight(ray: ViewRay) -> vec3<f32> {
+    // Photons travel along -sun and leave along seen: the angle between the two is that of scattering.
+    let half_sin = min(0.5 * length(ray.seen + frame.sun.towards), 1.0);
+    let half_cos = min(0.5 * length(ray.seen - frame.sun.towards), 1.0);
+    let angle = phase_coordinate(half_sin, half_cos);
     let coordinate = slab_depth_coordinate(ray.depth);
-    let thin = slab_thin_share(ray.depth);
+    let first_row = select(2.0, 0.0, ray.from_above);
+    let whole = sample_clamped(phase, clamped, vec2<f32>(angle, 2.5 / PHASE_ROWS)).rgb;
+    let once = veil_row(first_row, coordinate) * whole;
+    let path_v = veil_row(4.0, coordinate) * frame.medium.extinction * ray.path_m;
+    let path_l = path_v * (ray.cosine / frame.sun.slant_cosine);
+    let even = veil_row(first_row + 1.0, coordinate) * slab_thin_share(ray.depth) * path_v * slab_phi1(path_v);
     if ray.from_above {
-        return thin * veil_row(3.0, coordinate);
+        return once * slab_order1_reflected(path_l, path_v) + even;
     }
-    let even = veil_row(2.0, coordinate) * pow(ray.cosine, VEIL_THICK);
-    // Photons travel along -sun and leave along seen. From half the angle: near 1 the product of the two has no digits left.
-    let half_sin = 0.5 * length(ray.seen + frame.sun.towards);
-    let cosine = 1.0 - 2.0 * half_sin * half_sin;
-    if cosine <= 0.0 {
-        return thin * even;
-    }
-    return thin * (veil_row(0.0, coordinate) * exp(veil_row(1.0, coordinate) * log(cosine)) + even);
+    let smooth_part = sample_clamped(phase, clamped, vec2<f32>(angle, 0.5 / PHASE_ROWS)).rgb;
+    let all = once + veil_row(5.0, coordinate) * smooth_part;
+    let scaled = path_v * ray.cosine;
+    let narrowing = exp(VEIL_THICK * log(ray.cosine) * scaled / (scaled + VEIL_THICK_FROM));
+    return all * slab_order1_transmitted(path_l, path_v) + even * narrowing;
 }

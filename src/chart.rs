@@ -2,7 +2,7 @@
 //! uneven cloud, of clear air, of air with clouds in it and of cumulus is, as pictures (SVG) and tables (CSV).
 //!
 //! `truth` solves slabs exactly, `medium` has each method in double precision, `row` lists them, `errors` and `cost` measure; `slab`, `fluxes`,
-//! `radiance`, `modified`, `validity`, `field`, `exchange`, `light`, `air`, `coupling` and `cumulus` are one chart each; `figure` draws; `file` is what comes
+//! `radiance`, `modified`, `validity`, `field`, `exchange`, `light`, `air`, `coupling`, `cumulus` and `growth` are one chart each; `figure` draws; `file` is what comes
 //! out; `sample` is what a test computes again.
 
 mod air;
@@ -17,6 +17,7 @@ mod field;
 mod figure;
 mod file;
 mod fluxes;
+mod growth;
 mod light;
 mod medium;
 mod modified;
@@ -106,6 +107,12 @@ pub const CHARTS: &[Chart] = &[
         about: "light in cumulus: cost of every method against its error",
         make: cumulus::make,
         sample: Some(cumulus::sample),
+    },
+    Chart {
+        name: "cumulus-growth",
+        about: "cost of cumulus against number of spheres, cover and size",
+        make: growth::make,
+        sample: Some(growth::sample),
     },
     Chart { name: "slab-validity", about: "where each method holds its accuracy", make: validity::make, sample: None },
 ];

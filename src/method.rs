@@ -29,7 +29,7 @@ macro_rules! named {
 /// How slab light is computed, as a request asks for it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Method {
-    /// A veil that scatters sunlight forwards and the rest evenly: exact in flux, rough in radiance.
+    /// A veil that scatters sunlight once and the rest evenly: exact in flux, rough in radiance unless it is thin.
     Forward,
     /// The model of 2006, repaired: orders 0, 1, 2 in closed form; all higher orders isotropic, closed against the paper's
     /// fluxes for its own droplets (7 um, broadness 2), against exact ones for others.
@@ -75,10 +75,16 @@ impl Method {
     }
 }
 
+/// Errors of the veil's radiance from below and from above, up to an optical depth each: root mean square over suns up to 88 degrees and
+/// views up to 85. From above it is the low suns, whose light goes on along the layer.
+const VEIL_BELOW: [(f64, f64); 6] = [(0.0625, 0.1), (0.125, 0.14), (0.25, 0.2), (0.353, 0.25), (0.5, 0.4), (0.7, 0.5)];
+/// See [`VEIL_BELOW`].
+const VEIL_ABOVE: [(f64, f64); 2] = [(0.044, 0.37), (0.0625, 0.45)];
+
 /// A fast method of slab light with the size of its tables: what a plan settles on.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum SlabMethod {
-    /// A lobe around the sun, and even light.
+    /// Light scattered once, and even light.
     Forward,
     /// Closed forms of the first orders.
     Analytic,
@@ -120,12 +126,23 @@ impl SlabMethod {
     /// sun the two finer sizes err by up to 2.5 times as much.
     pub fn error(self) -> f64 {
         match self {
-            Self::Forward => 2.7,
+            Self::Forward => 0.6,
             Self::Analytic => 0.9,
             Self::Tabulated(Detail::Coarse) => 0.03,
             Self::Tabulated(Detail::Fine) => 0.006,
             Self::Tabulated(Detail::Finest) => 0.002,
         }
+    }
+
+    /// The same where all cloud has an optical depth that is known, seen from a side: of the veil, which is right where it is thin;
+    /// docs/charts/slab-validity.csv. A view of neither side alone, or of unknown depth, has the error of all.
+    pub fn error_of(self, sheet: Option<(f64, Side)>) -> f64 {
+        let known = match (self, sheet) {
+            (Self::Forward, Some((depth, Side::Below))) => VEIL_BELOW.iter().find(|(most, _)| depth <= *most),
+            (Self::Forward, Some((depth, Side::Above))) => VEIL_ABOVE.iter().find(|(most, _)| depth <= *most),
+            _ => None,
+        };
+        known.map_or(self.error(), |(_, error)| *error)
     }
 
     /// Size of the radiance tables that it reads, if it does.
@@ -137,10 +154,11 @@ impl SlabMethod {
     }
 
     /// The cheapest that errs by no more than a tolerance, or else the most exact; of those that a request asks for by `method`.
-    pub(crate) fn within(tolerance: f64, method: Option<Method>) -> Self {
+    /// `sheet`: the optical depth of all cloud and the side from which it is seen, if they are known.
+    pub(crate) fn within(tolerance: f64, method: Option<Method>, sheet: Option<(f64, Side)>) -> Self {
         let asked: Vec<_> =
             Self::ALL.into_iter().filter(|slab| method.is_none_or(|method| slab.asked_as() == method)).collect();
-        let fits = asked.iter().find(|slab| slab.error() <= tolerance);
+        let fits = asked.iter().find(|slab| slab.error_of(sheet) <= tolerance);
         fits.or(asked.last()).copied().unwrap_or(Self::Analytic)
     }
 }

@@ -76,6 +76,12 @@ fn seen_from(request: &Request) -> Option<Side> {
     request.wanted.plane().map(|plane| plane.side)
 }
 
+/// Optical depth of stratiform cloud that is the same everywhere, and the side from which it is seen, where that is one.
+fn sheet(scene: &Scene, request: &Request) -> Option<(f64, Side)> {
+    let depth = scene.sheet_depth()?;
+    seen_from(request).map(|side| (depth, side))
+}
+
 fn duration_in_words(seconds: f64) -> String {
     match seconds {
         seconds if seconds < 90.0 => format!("{:.0} s", seconds.max(1.0)),
@@ -171,7 +177,7 @@ impl Plan {
         let shaded = request.texture().needs().slab && reference.is_none();
         Self {
             tolerance,
-            slab: shaded.then(|| SlabMethod::within(tolerance, request.wanted.method())),
+            slab: shaded.then(|| SlabMethod::within(tolerance, request.wanted.method(), sheet(scene, request))),
             reference,
             transport: asked.unwrap_or_else(|| transport::planned(tolerance, scene, seen_from(request))),
             // Octaves err three times as much and save an eighth of a pixel: docs/charts/cumulus.csv.
@@ -277,7 +283,7 @@ impl Plan {
             );
         }
         if let Some(slab) = self.slab {
-            let error = slab.error();
+            let error = slab.error_of(sheet(scene, request));
             let reason = match request.wanted.method() {
                 Some(_) => "asked for".to_owned(),
                 None if error <= self.tolerance => format!("the cheapest within the tolerance of {}", self.tolerance),

@@ -20,6 +20,7 @@ mod read;
 mod schema;
 mod shape;
 mod shape_maps;
+mod sheet;
 mod spelling;
 mod sun;
 mod write;

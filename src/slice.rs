@@ -9,7 +9,7 @@ use crate::slab::closure::{Closure, LowOrders, Totals};
 use crate::slab::fluxes::{DEPTH_COUNT, DEPTHS_PER_OCTAVE, FluxTable, MU_COUNT, root_mu};
 use crate::slab::phases::{AUREOLE_COLUMNS, AUREOLE_ROWS, PEAK_DEG, PHASE_COLUMNS, PhaseTables, phase_angle};
 use crate::slab::radiance::{Scaling, Side, Slice, TableSize, aureole};
-use crate::slab::veil::Veil;
+use crate::slab::veil::{Scattered, Veil};
 use crate::tables::{MixTables, Radiance};
 use half::f16;
 use rayon::prelude::*;
@@ -18,7 +18,7 @@ use std::f64::consts::PI;
 /// Quantities of the closure's table: factors of orders 1 and 2, flux of the higher ones; reflected, then transmitted.
 pub const CLOSURE_ROWS: usize = 6;
 /// Quantities of the veil's table: see [`Veil`].
-pub const VEIL_ROWS: usize = 4;
+pub const VEIL_ROWS: usize = 6;
 /// Quantities of the phase functions' table.
 pub const PHASE_ROWS: usize = 3;
 
@@ -210,18 +210,17 @@ pub fn closure(tables: &MixTables, ratio: [f64; 3], cosine_sun: f64) -> HostMap 
     })
 }
 
-/// The veil under one sun, as a texture: columns of optical depth at 550 nm, [`VEIL_ROWS`] rows.
+/// The veil under one sun, as a texture: columns of optical depth at 550 nm, [`VEIL_ROWS`] rows: factor of single scattering and even
+/// light, reflected and then transmitted; part of the optical depth that counts; factor of transmitted light without the forward peak.
 pub fn veil(tables: &MixTables, ratio: [f64; 3], cosine_sun: f64) -> HostMap {
-    let veil = |depth: &f64| -> [Veil; 3] {
-        std::array::from_fn(|c| {
-            let (channel, fluxes) = (&tables.channels[c], &tables.fluxes[c]);
-            Veil::new(fluxes, channel.albedo * channel.moments[1], depth * ratio[c], cosine_sun)
-        })
-    };
+    let of_channel = |c: usize| Scattered::new(&tables.channels[c], &tables.phases[c], cosine_sun);
+    let scattered: Vec<Scattered> = (0..3).into_par_iter().map(of_channel).collect();
+    let veil =
+        |depth: &f64| -> [Veil; 3] { std::array::from_fn(|c| scattered[c].veil(&tables.fluxes[c], depth * ratio[c])) };
     let veils: Vec<[Veil; 3]> = FluxTable::optical_depths().par_iter().map(veil).collect();
     interleave(DEPTH_COUNT, VEIL_ROWS, |x, y, c| {
-        let Veil { glare, exponent, zenith, reflected } = veils[x][c];
-        [glare, exponent, zenith, reflected][y]
+        let Veil { kept, single, smooth, even } = veils[x][c];
+        [single[0], even[0], single[1], even[1], kept, smooth][y]
     })
 }
 

@@ -377,7 +377,11 @@ fn constants_of_the_shade_tables() {
         ("AUREOLE_HALF_SIN_MAX", tables::AUREOLE_HALF_SIN_MAX),
     ];
     assert_constants(&shaders::CLOUD_ANALYTIC, &expected);
-    let veil = [("VEIL_ROWS", skyloom::slice::VEIL_ROWS as f64), ("VEIL_THICK", skyloom::slab::veil::THICK)];
+    let veil = [
+        ("VEIL_ROWS", skyloom::slice::VEIL_ROWS as f64),
+        ("VEIL_THICK", skyloom::slab::veil::THICK),
+        ("VEIL_THICK_FROM", skyloom::slab::veil::THICK_FROM),
+    ];
     assert_constants(&shaders::CLOUD_FORWARD, &veil);
 }
 

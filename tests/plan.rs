@@ -56,8 +56,8 @@ fn flat_tops_are_taken_as_columns() {
 #[test]
 fn tolerance_picks_the_cheapest_method_within_it() {
     for (tolerance, method) in [
-        (1.0, SlabMethod::Analytic),
-        (SlabMethod::Analytic.error(), SlabMethod::Analytic),
+        (1.0, SlabMethod::Forward),
+        (SlabMethod::Forward.error(), SlabMethod::Forward),
         (0.3, SlabMethod::Tabulated(Detail::Coarse)),
         (SlabMethod::Tabulated(Detail::Coarse).error(), SlabMethod::Tabulated(Detail::Coarse)),
         (0.02, SlabMethod::Tabulated(Detail::Fine)),
@@ -81,6 +81,53 @@ fn expected_errors_of_the_slab_are_those_of_the_chart() {
     for (method, error) in SlabMethod::ALL.map(|method| (method.name(), method.error())) {
         let found = measured(method);
         assert!(found <= error && error < 2.5 * found, "{method}: {error} is promised, {found} was measured");
+    }
+}
+
+/// The veil's errors by depth are the largest up to there of a chart over depths and suns, rounded up.
+#[test]
+fn the_veil_is_taken_of_sheets_that_are_thin_enough() {
+    let chart = include_str!("../docs/charts/slab-validity.csv");
+    let rows: Vec<Vec<&str>> = chart.lines().map(|line| line.split(',').collect()).collect();
+    for (side, light, depths) in [
+        (Side::Below, "transmitted", &[0.0625, 0.125, 0.25, 0.353, 0.5, 0.7, 0.72][..]),
+        (Side::Above, "reflected", &[0.044, 0.0625, 0.07]),
+    ] {
+        for &depth in depths {
+            let mut squares: Vec<(f64, Vec<f64>)> = Vec::new();
+            for row in rows.iter().filter(|row| row[..3] == ["forward", "depth_sun", light]) {
+                let [to, error] = [4, 7].map(|column| row[column].parse::<f64>().unwrap());
+                match squares.iter_mut().find(|(column, _)| *column == to) {
+                    Some((_, of_column)) => of_column.push(error * error),
+                    None => squares.push((to, vec![error * error])),
+                }
+            }
+            let mean = |of_column: &Vec<f64>| (of_column.iter().sum::<f64>() / of_column.len() as f64).sqrt();
+            let within = squares.iter().filter(|(to, _)| *to <= 1.02 * depth);
+            let worst = within.map(|(_, of_column)| mean(of_column)).fold(0.0, f64::max);
+            let promised = SlabMethod::Forward.error_of(Some((depth, side)));
+            let sheet = scene(&json!([{ "kind": "sheet", "optical_depth": depth }]));
+            let view = if side == Side::Above { "above" } else { "below" };
+            let taken = |tolerance: f64| {
+                let query = [("view", view), ("tolerance", &*tolerance.to_string())];
+                Plan::new(&asked(&query), &sheet).slab == Some(SlabMethod::Forward)
+            };
+            assert!(taken(promised + 1e-6) && !taken(promised - 1e-6), "{light} {depth}");
+            if promised < SlabMethod::Forward.error() {
+                assert!(
+                    worst <= promised && promised < 1.15 * worst,
+                    "{light} {depth}: {promised}, {worst} was measured"
+                );
+            }
+        }
+    }
+    // Nothing is known of a cloud that is not the same everywhere, nor of water by its number and size.
+    let others = [
+        json!([{ "thickness": { "kind": "stratocumulus", "mean_m": 10 } }]),
+        json!([{ "thickness": { "kind": "uniform", "metres": 1 } }]),
+    ];
+    for layers in others {
+        assert_ne!(Plan::new(&asked(&[("tolerance", "0.3")]), &scene(&layers)).slab, Some(SlabMethod::Forward));
     }
 }
 

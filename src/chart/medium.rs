@@ -14,6 +14,7 @@ use crate::slab::phases::{
     PhaseTables,
 };
 use crate::slab::radiance::{Aureole, Completion, RadianceTable, Scaling, Side, Slice, TableSize};
+use crate::slab::veil::Scattered;
 use crate::slice::{totals, without_peak};
 use crate::tables::TableLibrary;
 
@@ -27,7 +28,7 @@ pub(super) struct Medium {
     mix: Mix,
     pub(super) channel: Channel,
     pub(super) fluxes: FluxTable,
-    phases: PhaseTables,
+    pub(super) phases: PhaseTables,
     aureole: Aureole,
 }
 
@@ -115,7 +116,7 @@ impl Medium {
 
     /// Method "forward" for one sun.
     pub(super) fn veil(&self, mu_sun: f64) -> MediumVeil<'_> {
-        MediumVeil { fluxes: &self.fluxes, asymmetry: self.channel.albedo * self.channel.moments[1], mu_sun }
+        MediumVeil { medium: self, scattered: Scattered::new(&self.channel, &self.phases, mu_sun), mu_sun }
     }
 
     /// Tables of method "tabulated".

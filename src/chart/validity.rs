@@ -27,8 +27,32 @@ const SUN_DEG: f64 = 60.0;
 /// Zeniths and azimuths that a cell of the maps over depth and sun is an average of.
 const AVERAGED: [usize; 2] = [8, 8];
 
-/// A method, the error above which it has failed, and its name in files.
-const METHODS: [(&str, f64); 2] = [("analytic", 0.30), ("tabulated", 0.03)];
+/// A method, its tables already made.
+#[derive(Clone, Copy)]
+enum Judged<'a> {
+    Forward,
+    Analytic,
+    Tabulated(&'a RadianceTable),
+}
+
+impl Judged<'_> {
+    /// Its name in files, and the error above which it has failed.
+    fn facts(self) -> (&'static str, f64) {
+        match self {
+            Self::Forward => ("forward", 0.30),
+            Self::Analytic => ("analytic", 0.30),
+            Self::Tabulated(_) => ("tabulated", 0.03),
+        }
+    }
+
+    fn under_sun<'a>(self, medium: &'a Medium, mu_sun: f64) -> Box<dyn Radiance + 'a> {
+        match self {
+            Self::Forward => Box::new(medium.veil(mu_sun)),
+            Self::Analytic => Box::new(medium.analytic(mu_sun)),
+            Self::Tabulated(table) => Box::new(medium.tabulated(table, mu_sun)),
+        }
+    }
+}
 
 /// Errors by cell: x fastest.
 struct Map {
@@ -49,9 +73,10 @@ pub(super) fn make(library: &TableLibrary, progress: &(dyn Fn(f64) + Sync)) -> R
     let over_view = OverView::new(&medium, &|part| progress(0.6 + 0.3 * part));
     let mut csv = Csv::new(&["method", "map", "side", "x_from", "x_to", "y_from", "y_to", "rms_error"]);
     let mut files = Vec::new();
-    for (number, (name, limit)) in METHODS.into_iter().enumerate() {
-        let table = (number == 1).then_some(&table);
-        let maps: Vec<Map> = over_sun.maps(&medium, table).into_iter().chain(over_view.maps(&medium, table)).collect();
+    for judged in [Judged::Forward, Judged::Analytic, Judged::Tabulated(&table)] {
+        let (name, limit) = judged.facts();
+        let maps: Vec<Map> =
+            over_sun.maps(&medium, judged).into_iter().chain(over_view.maps(&medium, judged)).collect();
         for map in &maps {
             map.write(name, &mut csv);
         }
@@ -60,13 +85,6 @@ pub(super) fn make(library: &TableLibrary, progress: &(dyn Fn(f64) + Sync)) -> R
     }
     files.push(ChartFile { name: "slab-validity.csv".to_owned(), bytes: csv.into_bytes() });
     Ok(files)
-}
-
-fn method<'a>(medium: &'a Medium, table: Option<&RadianceTable>, mu_sun: f64) -> Box<dyn Radiance + 'a> {
-    match table {
-        Some(table) => Box::new(medium.tabulated(table, mu_sun)),
-        None => Box::new(medium.analytic(mu_sun)),
-    }
 }
 
 /// Borders of cells.
@@ -107,7 +125,7 @@ impl<'a> OverSun<'a> {
         Self { suns_deg, suns, views, ladders }
     }
 
-    fn maps(&self, medium: &Medium, table: Option<&RadianceTable>) -> Vec<Map> {
+    fn maps(&self, medium: &Medium, judged: Judged<'_>) -> Vec<Map> {
         let count = AVERAGED[1];
         // Different ones for every sun and view, so that a table's nodes are missed and met alike.
         let azimuth = |k: usize, sun: usize, view: usize| {
@@ -116,7 +134,7 @@ impl<'a> OverSun<'a> {
         let column = |depth: usize, sun: usize| {
             let truth = &self.ladders[depth % 2];
             let (at, mu_sun) = (depth / 2, self.suns[sun]);
-            let method = method(medium, table, mu_sun);
+            let method = judged.under_sun(medium, mu_sun);
             let mut errors = [Vec::new(), Vec::new()];
             for (view, mu_view) in self.views.iter().enumerate() {
                 for azimuth in (0..count).map(|k| azimuth(k, sun, view)) {
@@ -164,8 +182,8 @@ impl<'a> OverView<'a> {
         Self { views_deg, views, truth }
     }
 
-    fn maps(&self, medium: &Medium, table: Option<&RadianceTable>) -> Vec<Map> {
-        let method = method(medium, table, cosine(&SUN_DEG));
+    fn maps(&self, medium: &Medium, judged: Judged<'_>) -> Vec<Map> {
+        let method = judged.under_sun(medium, cosine(&SUN_DEG));
         let azimuths_deg = borders(0.0, 180.0, AZIMUTH_STEP);
         let azimuths = middles(&azimuths_deg);
         let cell = |azimuth: f64, view: usize| {

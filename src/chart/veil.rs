@@ -1,25 +1,23 @@
 //! Method "forward" in double precision, as it is and as it was published.
 
-use super::medium::Radiance;
-use crate::slab::fluxes::FluxTable;
+use super::medium::{Medium, Radiance};
 use crate::slab::radiance::Side;
-use crate::slab::veil::Veil;
+use crate::slab::veil::Scattered;
 use std::f64::consts::{LN_2, PI};
 
-/// See [`Veil`].
+/// See [`crate::slab::veil`].
 pub(super) struct MediumVeil<'a> {
-    pub(super) fluxes: &'a FluxTable,
-    pub(super) asymmetry: f64,
+    pub(super) medium: &'a Medium,
+    pub(super) scattered: Scattered,
     pub(super) mu_sun: f64,
 }
 
 impl Radiance for MediumVeil<'_> {
     fn radiance(&self, side: Side, depth: f64, mu_view: f64, azimuth: f64) -> f64 {
-        let veil = Veil::new(self.fluxes, self.asymmetry, depth, self.mu_sun);
-        match side {
-            Side::Reflected => veil.reflected,
-            Side::Transmitted => veil.transmitted(side.scattering_cosine(self.mu_sun, mu_view, azimuth), mu_view),
-        }
+        let medium = self.medium;
+        let angle = side.scattering_cosine(self.mu_sun, mu_view, azimuth).acos();
+        let phase = [medium.channel.phase.value(angle) / (4.0 * PI), medium.phases.smooth(angle)];
+        self.scattered.veil(&medium.fluxes, depth).radiance(side, phase, depth, self.mu_sun, mu_view)
     }
 }
 

@@ -37,7 +37,10 @@ pub fn sunlight<'a>(frame: &'a Frame, tables: &HostTables, slab: &'a HostSlab) -
     match slab {
         HostSlab::Forward(veil) => {
             let veil = Map::from(veil);
-            Box::new(move |ray| cloud_forward::sunlight(frame, &veil, ray))
+            Box::new(move |ray| {
+                let maps = cloud_forward::Maps { veil: &veil, phase: &phase };
+                cloud_forward::sunlight(frame, &maps, ray)
+            })
         }
         HostSlab::Analytic(closure) => {
             let (closure, aureole) = (Map::from(closure), Map::from(&tables.aureole));

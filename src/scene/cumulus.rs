@@ -104,7 +104,7 @@ pub(super) fn read(
 ) -> Option<Cumulus> {
     let shape = shape(reader, layer, extent_m);
     let edge_m = reader.number_or(layer, "edge_m", EdgeM::try_from(EDGE_M).ok()?);
-    let droplets = parse::droplets(reader, layer);
+    let droplets = parse::droplets(reader, layer, None);
     let wind = parse::wind(reader, layer);
     Some(Cumulus { place, base_m, shape: shape?, edge_m, droplets: droplets?, wind: wind? })
 }

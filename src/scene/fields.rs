@@ -166,7 +166,7 @@ pub const GROUPS: &[Group] = &[
             field(
                 "/kind",
                 Allowed::Words(&LAYER_KINDS),
-                "a sheet with a `thickness`, or heaps; at most one layer of `cumulus`",
+                "of a `thickness`, heaps (one layer at most), or a thin sheet by its optical depth: each has a table of its own below",
             ),
             number::<BaseM>(
                 "/base_m",
@@ -244,6 +244,23 @@ pub const GROUPS: &[Group] = &[
             number::<EdgeM>(
                 "/edge_m",
                 "depth over which the density rises from 0 at the surface to that of the droplets; 0 is sharp",
+            ),
+        ],
+    },
+    Group {
+        title: "A layer of kind `sheet`",
+        place: "/layers/0",
+        least: r#"{"layers": [{"kind": "sheet", "optical_depth": 0.4}]}"#,
+        fields: &[
+            field(
+                "/optical_depth",
+                Allowed::Other("0 to 1000, or a map as in the table before"),
+                "at 550 nm, of all of the sheet or of its columns",
+            ),
+            number::<BaseM>("/base_m", "height of its flat base"),
+            number::<ExtinctionPerM>(
+                "/droplets/extinction_per_m",
+                "of droplets of any kind, the same in all channels: the sheet is as thick as makes its optical depth",
             ),
         ],
     },

@@ -354,6 +354,17 @@ impl Scene {
         self.stratiform_count() + usize::from(self.cumulus.is_some())
     }
 
+    /// Optical depth of the one stratiform layer, where it is the same everywhere and its extinction is stated.
+    pub(crate) fn sheet_depth(&self) -> Option<f64> {
+        match self.layers.as_slice() {
+            [Layer { shape, droplets, .. }] if shape.is_even() => match shape.thickness {
+                Some(Thickness::Uniform(metres)) => Some(metres.get() * droplets.stated_extinction_per_m()?),
+                _ => None,
+            },
+            _ => None,
+        }
+    }
+
     /// Number of stratiform layers.
     pub fn stratiform_count(&self) -> usize {
         self.layers.len()
@@ -389,6 +400,16 @@ impl Droplets {
                 Mix::HenyeyGreenstein { asymmetry: asymmetry.get(), albedo: albedo.get() }
             }
             Self::Tabulated { table, albedo, .. } => Mix::Tabulated { table: table.clone(), albedo: albedo.get() },
+        }
+    }
+
+    /// Extinction per metre, if the scene states it: the same in all channels.
+    pub(crate) fn stated_extinction_per_m(&self) -> Option<f64> {
+        match self {
+            Self::Gamma { extinction_per_m, .. } => extinction_per_m.map(Quantity::get),
+            Self::HenyeyGreenstein { extinction_per_m, .. } | Self::Tabulated { extinction_per_m, .. } => {
+                Some(extinction_per_m.get())
+            }
         }
     }
 

@@ -6,11 +6,11 @@ use super::model::*;
 use super::phase::phase_function;
 use super::quantity::*;
 use super::read::{Object, Reader, describe};
-use super::{cumulus, json, shape, spelling, sun};
+use super::{cumulus, json, shape, sheet, spelling, sun};
 use serde_json::Value;
 
 /// Kinds of layers.
-pub(super) const LAYER_KINDS: [&str; 2] = ["stratiform", "cumulus"];
+pub(super) const LAYER_KINDS: [&str; 3] = ["stratiform", "cumulus", "sheet"];
 /// Kinds of thickness.
 pub(super) const THICKNESS_KINDS: [&str; 3] = ["uniform", "stratocumulus", "image"];
 /// Base of a layer that gives none, metres.
@@ -110,7 +110,7 @@ pub(super) fn image(reader: &mut Reader, object: &Object<'_>, resolve: Resolve<'
     Some(ImageName(name))
 }
 
-/// A layer of either kind.
+/// A layer as it is kept; a sheet is stratiform.
 enum AnyLayer {
     Stratiform(Layer),
     Cumulus(Cumulus),
@@ -189,13 +189,15 @@ fn layer_fields() -> Vec<&'static str> {
 }
 
 fn stated_height(layer: &Value) -> Option<(f64, &'static str)> {
-    shape::stated_height(layer, |field| is_given(layer, field))
+    let fallback_m = if kind(layer) == Some("sheet") { sheet::BASE_M } else { BASE_M };
+    shape::stated_height(layer, |field| is_given(layer, field), fallback_m)
 }
 
 fn layer(reader: &mut Reader, value: &Value, place: usize, extent_m: f64, resolve: Resolve<'_>) -> Option<AnyLayer> {
     let pointer = format!("/layers/{place}");
     let keys: &[&str] = match kind(value) {
         Some("cumulus") => &cumulus::FIELDS,
+        Some("sheet") => &sheet::FIELDS,
         Some(_) => {
             &["kind", "flat", "base_m", "top_m", "base", "top", "thickness", "optical_depth", "droplets", "wind"]
         }
@@ -211,8 +213,11 @@ fn layer(reader: &mut Reader, value: &Value, place: usize, extent_m: f64, resolv
         let base_m = reader.number_or(&layer, "base_m", default(BASE_M)?);
         return cumulus::read(reader, &layer, place, base_m, extent_m).map(AnyLayer::Cumulus);
     }
+    if kind(value) == Some("sheet") {
+        return sheet::read(reader, &layer, resolve).map(AnyLayer::Stratiform);
+    }
     let shape = shape::read(reader, &layer, resolve);
-    let droplets = droplets(reader, &layer);
+    let droplets = droplets(reader, &layer, None);
     let wind = wind(reader, &layer);
     let (shape, wind) = (shape?, wind?);
     shape::moves_as_asked(reader, &layer, &shape, &wind);
@@ -259,7 +264,8 @@ pub(super) fn thickness(reader: &mut Reader, layer: &Object<'_>, resolve: Resolv
     }
 }
 
-pub(super) fn droplets(reader: &mut Reader, layer: &Object<'_>) -> Option<Droplets> {
+/// Reads what a layer is made of. `fallback`: extinction where none is given; without it, water has that of its number and size.
+pub(super) fn droplets(reader: &mut Reader, layer: &Object<'_>, fallback: Option<ExtinctionPerM>) -> Option<Droplets> {
     let gamma: &[&str] =
         &["effective_radius_um", "broadness", "number_per_cm3", "extinction_per_m", "refractive_index"];
     let Some(value) = layer.value("droplets") else {
@@ -267,14 +273,14 @@ pub(super) fn droplets(reader: &mut Reader, layer: &Object<'_>) -> Option<Drople
             effective_radius_um: default(7.0)?,
             broadness: default(2.0)?,
             number_per_cm3: default(300.0)?,
-            extinction_per_m: None,
+            extinction_per_m: fallback,
             refractive_index: None,
         });
     };
     if is_given(value, "henyey_greenstein") {
         let object = reader.child(layer, "droplets", &["henyey_greenstein", "extinction_per_m", "albedo"])?;
         let asymmetry = reader.number(&object, "henyey_greenstein");
-        let extinction_per_m = reader.number(&object, "extinction_per_m");
+        let extinction_per_m = extinction(reader, &object, fallback);
         let albedo = reader.number_or(&object, "albedo", default(1.0)?);
         return Some(Droplets::HenyeyGreenstein { asymmetry: asymmetry?, extinction_per_m: extinction_per_m?, albedo });
     }
@@ -283,7 +289,7 @@ pub(super) fn droplets(reader: &mut Reader, layer: &Object<'_>) -> Option<Drople
         // A misspelt one was told.
         let table =
             object.value("phase_function").map(|table| phase_function(reader, table, &object.at("phase_function")));
-        let extinction_per_m = reader.number(&object, "extinction_per_m");
+        let extinction_per_m = extinction(reader, &object, fallback);
         let albedo = reader.number_or(&object, "albedo", default(1.0)?);
         return Some(Droplets::Tabulated { table: table??, extinction_per_m: extinction_per_m?, albedo });
     }
@@ -294,7 +300,7 @@ pub(super) fn droplets(reader: &mut Reader, layer: &Object<'_>) -> Option<Drople
     };
     let extinction_per_m = match object.has("extinction_per_m") {
         true => Some(reader.number(&object, "extinction_per_m")?),
-        false => None,
+        false => fallback,
     };
     Some(Droplets::Gamma {
         effective_radius_um: reader.number_or(&object, "effective_radius_um", default(7.0)?),
@@ -303,6 +309,13 @@ pub(super) fn droplets(reader: &mut Reader, layer: &Object<'_>) -> Option<Drople
         extinction_per_m,
         refractive_index,
     })
+}
+
+fn extinction(reader: &mut Reader, object: &Object<'_>, fallback: Option<ExtinctionPerM>) -> Option<ExtinctionPerM> {
+    match fallback {
+        Some(fallback) => Some(reader.number_or(object, "extinction_per_m", fallback)),
+        None => reader.number(object, "extinction_per_m"),
+    }
 }
 
 /// Whether an object has a field that tells its form, be it misspelt.

@@ -29,7 +29,7 @@ pub fn schema() -> Value {
     scene["description"] =
         json!("What a sky is made of: metres, degrees, east = +x, north = +y, up = +z. docs/scene.md explains it.");
     scene["$defs"] = json!({
-        "layer": any([stratiform(), cumulus()]),
+        "layer": any([stratiform(), cumulus(), sheet()]),
         "thickness": any([
             kind(object("/layers/0/thickness", "/metres"), "uniform"),
             kind(object("/layers/0/thickness", "/pattern"), "stratocumulus"),
@@ -161,6 +161,23 @@ fn cumulus() -> Value {
     any([field, spheres])
 }
 
+/// A stratiform layer by its optical depth: its droplets need no extinction.
+fn sheet() -> Value {
+    let mut sheet = kind(object("/layers/0", "/optical_depth"), "sheet");
+    let extinction = sheet["properties"]["droplets"]["properties"]["extinction_per_m"].take();
+    let forms = ["/effective_radius_um", "/henyey_greenstein", "/phase_function"].map(|has| {
+        let mut form = object("/layers/0/droplets", has);
+        if let Some(required) = form["required"].as_array_mut() {
+            required.retain(|field| field != "extinction_per_m");
+        }
+        form["properties"]["extinction_per_m"] = extinction.clone();
+        form
+    });
+    sheet["properties"]["droplets"] = any(forms);
+    sheet["properties"]["wind"] = reference("wind");
+    sheet
+}
+
 /// The group of fields at a place that has a field, as the schema of an object.
 fn object(place: &str, has: &str) -> Value {
     let has = |group: &&Group| group.place == place && group.fields.iter().any(|field| field.pointer == has);
@@ -213,6 +230,7 @@ fn other(pointer: &str) -> Value {
         "/layers" => json!({ "type": "array", "maxItems": Scene::MAX_LAYERS, "items": reference("layer") }),
         "/utc" => json!({ "type": "string", "format": "date-time", "examples": ["2026-06-21T10:00:00Z"] }),
         "/polarisation" => json!({ "type": "boolean" }),
+        "/optical_depth" => any([number(&OpticalDepth::RANGE), reference("depth_map")]),
         "/image" => reference("sha256"),
         "/fill" => number(&FillValue::RANGE),
         "/phase_function" => reference("phase_function"),

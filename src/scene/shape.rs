@@ -152,8 +152,13 @@ impl Shape {
     }
 }
 
-/// Height that a layer's JSON gives, and the field that does: to compare it with its neighbours before all is valid.
-pub(super) fn stated_height(layer: &Value, misspelt: impl Fn(&str) -> bool) -> Option<(f64, &'static str)> {
+/// Height that a layer's JSON gives, or that of a flat base that it does not give, and the field that does: to compare it with its
+/// neighbours before all is valid.
+pub(super) fn stated_height(
+    layer: &Value,
+    misspelt: impl Fn(&str) -> bool,
+    fallback_m: f64,
+) -> Option<(f64, &'static str)> {
     let map = layer.as_object()?;
     let number = |key: &str| map.get(key).and_then(Value::as_f64);
     match map.get("base_m") {
@@ -166,7 +171,7 @@ pub(super) fn stated_height(layer: &Value, misspelt: impl Fn(&str) -> bool) -> O
         }
         // Misspelt, which is told elsewhere.
         None if misspelt("base_m") => None,
-        None => Some((BASE_M, "base_m")),
+        None => Some((fallback_m, "base_m")),
     }
 }
 
@@ -267,7 +272,7 @@ fn height_map(reader: &mut Reader, layer: &Object<'_>, key: &str, resolve: Resol
     Some(HeightMap { image: image?, scale_m: scale_m?, offset_m, fill })
 }
 
-fn depth_map(reader: &mut Reader, layer: &Object<'_>, resolve: Resolve<'_>) -> Option<DepthMap> {
+pub(super) fn depth_map(reader: &mut Reader, layer: &Object<'_>, resolve: Resolve<'_>) -> Option<DepthMap> {
     let object = reader.child(layer, "optical_depth", &["image", "scale", "fill"])?;
     let image = image(reader, &object, resolve);
     let scale = reader.number_or(&object, "scale", default(1.0)?);

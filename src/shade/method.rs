@@ -57,7 +57,7 @@ impl SlabLight {
     /// What the shader reads beside what all methods do.
     pub(crate) fn binds(&self, gpu: &Gpu, tables: &DeviceTables, from_above: bool) -> Vec<Bind> {
         match self {
-            Self::Forward(veil) => binds![&**veil],
+            Self::Forward(veil) => binds![&**veil, &tables.phase],
             Self::Analytic(closure) => binds![&**closure, &tables.aureole, &tables.phase],
             Self::Tabulated(slice) => {
                 let side = &slice.sides[usize::from(!from_above)];

@@ -102,6 +102,11 @@ impl PhaseTables {
         })
     }
 
+    /// P / 4 pi without the forward peak, normalised, per steradian, at a scattering angle in radians.
+    pub fn smooth(&self, angle: f64) -> f64 {
+        Self::value(&self.once, angle)
+    }
+
     /// A column of one of the two phase tables at any angle, linear between columns as the device reads it.
     pub(crate) fn value(table: &[f64], angle: f64) -> f64 {
         let (half_sin, half_cos) = (0.5 * angle).sin_cos();

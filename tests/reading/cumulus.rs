@@ -102,8 +102,8 @@ fn wrong_fields_are_named_with_what_is_allowed() {
         ),
         (json!({ "covrage": 0.3 }), "/covrage", "did you mean \"coverage\"?"),
         (json!({ "sphere": [] }), "/sphere", "did you mean \"spheres\"?"),
-        (json!({ "kind": "cumulos" }), "/kind", "did you mean \"cumulus\"? allowed: stratiform, cumulus"),
-        (json!({ "kind": 3 }), "/kind", "allowed: stratiform, cumulus"),
+        (json!({ "kind": "cumulos" }), "/kind", "did you mean \"cumulus\"? allowed: stratiform, cumulus, sheet"),
+        (json!({ "kind": 3 }), "/kind", "allowed: stratiform, cumulus, sheet"),
         (json!({ "droplets": { "albedo": 1 } }), "/droplets/albedo", "unknown field"),
         (json!({ "wind": { "speed_m_s": 201 } }), "/wind/speed_m_s", "0 to 200 m/s"),
     ] {

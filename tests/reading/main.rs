@@ -9,6 +9,7 @@ mod names;
 mod schema;
 #[path = "../common/schema.rs"]
 mod schema_tools;
+mod sheet;
 
 use serde_json::{Value, json};
 use skyloom::scene::{Scene, SceneError};
