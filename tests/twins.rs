@@ -383,9 +383,10 @@ fn check_cloud(stages: &Stages) {
 fn check_alpha(stages: &Stages) {
     let (frame, view, thickness) = (&stages.frame, &stages.view, map(&stages.thickness));
     let alpha = |thickness: &Map| {
+        let levels = reference::field_level::levels(thickness);
         reference::frame::image(view, |place| {
             let alpha = |place: &DVec2| {
-                let path_m = reference::cloud_plane::view_ray(frame, view, thickness, *place).path_m;
+                let path_m = reference::cloud_plane::view_ray(frame, view, &levels, *place).path_m;
                 -(-f64::from(frame.medium.extinction_550) * path_m).exp_m1()
             };
             let places = reference::cloud_plane::view_places(frame, view, thickness, place);
