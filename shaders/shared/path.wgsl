@@ -64,9 +64,9 @@ fn path_stretch(
         if inside > 0.0 {
             // A ray leaves the piece's cloud at one of its ends, but for a hump or a hollow in the middle.
             var part_m = inside * (next_m - done_m);
-            if PATH_SEEN && inside > PATH_FULL && left > 0.0 {
+            if PATH_SEEN && inside > PATH_FULL && unseen > 0.0 {
                 // No further than enough is hidden: blocks are wide.
-                let enough_m = (log(left / max(unseen, 1e-30)) + 0.01) / per_metre;
+                let enough_m = (log(left / max(unseen, 1e-12)) + 0.01) / per_metre;
                 next_m = select(next_m, done_m + enough_m, enough_m < part_m);
                 part_m = min(part_m, enough_m);
             }

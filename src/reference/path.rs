@@ -70,8 +70,8 @@ pub fn path_stretch(map: &Map, frame: &Frame, ray: &MapRay) -> Found {
         let (middle, next) = (above_at(0.5 * (done_m + next_m)), above_at(next_m));
         let inside = path_inside(above, middle, next);
         let mut part_m = (next_m - done_m) * inside;
-        let enough_m = ((left / unseen.max(1e-30)).ln() + 0.01) / per_metre;
-        if inside > PATH_FULL && left > 0.0 && enough_m < part_m {
+        let enough_m = ((left / unseen).ln() + 0.01) / per_metre;
+        if inside > PATH_FULL && unseen > 0.0 && enough_m < part_m {
             (part_m, next_m) = (enough_m, done_m + enough_m);
         }
         if part_m > 0.0 {
