@@ -13,7 +13,7 @@ use skyloom::gpu::layout::{
 };
 use skyloom::gpu::shaders::{self, Shader};
 use skyloom::projection::SphereLayout;
-use skyloom::reference::{air, cloud_lattice, cloud_plane, cloud_sky, path, path_sampled, path_seen, sky, sphere};
+use skyloom::reference::{air, cloud_lattice, cloud_plane, cloud_sky, path_sampled, path_seen, sky, sphere};
 use skyloom::reference::{cumulus as seen, cumulus_forward, cumulus_surface};
 use skyloom::slab::fluxes;
 use skyloom::slab::phases as tables;
@@ -420,7 +420,6 @@ fn constants_of_the_sky() {
         ("VIEW_RAY_SLOPE", cloud_plane::VIEW_RAY_SLOPE),
         ("VIEW_ASIDE", cloud_plane::VIEW_ASIDE),
     ];
-    assert_constants(&shaders::CLOUD_TABULATED, &[("PATH_FULL", path::PATH_FULL)]);
     for shader in [&shaders::CLOUD_FORWARD, &shaders::CLOUD_ANALYTIC, &shaders::LATTICE_TABULATED_COLUMNS] {
         assert_constants(shader, &flat);
     }

@@ -9,10 +9,6 @@
 //
 // Where what is seen is not needed, the shader says so: PATH_SEEN is a constant of each.
 
-// A part of a piece in cloud that is more than this is all of it.
-const PATH_FULL: f32 = 0.9999;
-
-
 // It ends early where less than `unseen` is left of light along it.
 fn path_stretch(
     map: texture_2d<f32>,
@@ -64,15 +60,15 @@ fn path_stretch(
         if inside > 0.0 {
             // A ray leaves the piece's cloud at one of its ends, but for a hump or a hollow in the middle.
             var part_m = inside * (next_m - done_m);
-            if PATH_SEEN && inside > PATH_FULL && unseen > 0.0 {
-                // No further than enough is hidden: blocks are wide.
-                let enough_m = (log(left / max(unseen, 1e-12)) + 0.01) / per_metre;
-                next_m = select(next_m, done_m + enough_m, enough_m < part_m);
+            let enter_m = select(next_m - part_m, done_m, first > 0.0);
+            if PATH_SEEN && unseen > 0.0 {
+                // No further than enough is hidden: blocks are wide, and neighbours are to end alike.
+                let enough_m = (log(left / unseen) + 0.01) / per_metre;
+                next_m = select(next_m, enter_m + enough_m, enough_m < part_m);
                 part_m = min(part_m, enough_m);
             }
             sum += part_m;
             if PATH_SEEN {
-                let enter_m = select(next_m - part_m, done_m, first > 0.0);
                 let x = per_metre * part_m;
                 let passing = exp(-x);
                 let kept = select(1.0 - passing, x * (1.0 - 0.5 * x), x < 1e-3);

@@ -8,9 +8,6 @@ use super::path_columns::{Found, MapRay, path_columns};
 use crate::gpu::layout::Frame;
 use glam::{DVec2, DVec3, dvec2};
 
-/// A part of a piece in cloud that is more than this is all of it.
-pub const PATH_FULL: f64 = 0.9999;
-
 /// Length of cloud of the layer's extinction along the ray, metres, that crosses the base plane at `base_uv` and climbs along the unit vector `up`. Cloud fills base to
 /// base + thickness (`map`, metres), or is that of columns. A ray that would be cut more often than the frame allows goes a shorter way over the map.
 pub fn path_in_layer(map: &Map, frame: &Frame, base_uv: DVec2, up: DVec3) -> f64 {
@@ -70,13 +67,13 @@ pub fn path_stretch(map: &Map, frame: &Frame, ray: &MapRay) -> Found {
         let (middle, next) = (above_at(0.5 * (done_m + next_m)), above_at(next_m));
         let inside = path_inside(above, middle, next);
         let mut part_m = (next_m - done_m) * inside;
-        let enough_m = ((left / unseen).ln() + 0.01) / per_metre;
-        if inside > PATH_FULL && unseen > 0.0 && enough_m < part_m {
-            (part_m, next_m) = (enough_m, done_m + enough_m);
-        }
         if part_m > 0.0 {
-            sum += part_m;
             let enter_m = if above > 0.0 { done_m } else { next_m - part_m };
+            let enough_m = ((left / unseen).ln() + 0.01) / per_metre;
+            if unseen > 0.0 && enough_m < part_m {
+                (part_m, next_m) = (enough_m, enter_m + enough_m);
+            }
+            sum += part_m;
             let x = per_metre * part_m;
             let kept = -(-x).exp_m1();
             let inside_m = part_m * path_mean_depth(x);
