@@ -25,7 +25,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         let uv = sunlight_sample(frame, id.xy, i);
         var path_m = sample_periodic(thickness, repeat, uv + frame.place.offset_uv, 0u).x / frame.sun.slant_cosine;
         if frame.maps.columns != 1u {
-            path_m = path_in_layer(thickness, bounds, repeat, frame, uv, frame.sun.towards).length_m;
+            path_m = path_in_layer(thickness, bounds, repeat, frame, uv, frame.sun.towards);
         }
         beam += sun_through(path_m).beam;
         sum_m += path_m;

@@ -46,7 +46,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         let column_m = height_m / frame.sun.slant_cosine;
         var path_m = column_m;
         if frame.maps.columns != 1u {
-            path_m = path_in_layer(thickness, bounds, repeat, frame, uv, frame.sun.towards).length_m;
+            path_m = path_in_layer(thickness, bounds, repeat, frame, uv, frame.sun.towards);
         }
         let along = sun_through(path_m);
         let goes_on = going_on(along);

@@ -31,8 +31,8 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
             let facing = 1.0 - dot(slope, frame.sun.towards.xy) / frame.sun.slant_cosine;
             var seen = 1.0;
             if frame.maps.columns == 0u && facing > 0.0 {
-                let path = path_from(thickness, bounds, repeat, frame, uv, frame.sun.towards, height_m);
-                seen = exp(-frame.medium.beam_550 * frame.medium.extinction_550 * path.length_m);
+                let path_m = path_from(thickness, bounds, repeat, frame, uv, frame.sun.towards, height_m);
+                seen = exp(-frame.medium.beam_550 * frame.medium.extinction_550 * path_m);
             }
             sum += select(seen * clamp(facing, 0.0, MOST), 1.0, frame.maps.columns == 1u);
         }

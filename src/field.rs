@@ -25,7 +25,7 @@ use crate::scene::quantity::{FillValue, Quantity as _};
 use crate::scene::{self, Shape, Thickness, Wind};
 pub(crate) use columns::ColumnMap;
 use image_metres::metres;
-pub(crate) use levels::levels;
+pub(crate) use levels::{Levels, levels};
 pub(crate) use map::Field;
 use map::{bounds, count, find_bounds, read_bins};
 use motion::{Displaced, Motion};

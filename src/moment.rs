@@ -60,13 +60,21 @@ pub(crate) struct LayerMoment {
     texel_m: f64,
 }
 
-/// Cuts of a ray that is nearly level, in those that one march may have.
-const FLAT_RAY: f64 = 2.0;
+/// Cuts of a ray that is nearly level, in those of one at the least slope at which rays are flat: it ends where nothing more is seen.
+const FLAT_CUTS: f64 = 1.5;
+/// As in `shaders/shared/path_seen.wgsl` and `cloud_plane.wgsl`.
+const FLAT_SLOPE: f64 = 8.0;
+const MOST_RAYS: f64 = 8.0;
+const RAY_SLOPE: f64 = 60.0;
 
-/// Rays of a texel that is as wide as so many of the map's, as `shaders/shared/cloud_plane.wgsl` has them.
-fn view_rays(towards: [f64; 3], across: f64) -> f64 {
-    let slope = towards[0].hypot(towards[1]) / towards[2].abs().max(MIN_COSINE.into());
-    ((slope / 8.0 - 1.0).max(0.0) * across).ceil().clamp(1.0, 8.0)
+/// How far the rays of a parallel view go over the map for each metre of height.
+fn slope(towards: [f64; 3]) -> f64 {
+    towards[0].hypot(towards[1]) / towards[2].abs().max(MIN_COSINE.into())
+}
+
+/// Whether a view has flat rays. That of an eye may have rays of all slopes.
+pub(crate) fn has_flat_rays(towards: Option<[f64; 3]>) -> bool {
+    towards.is_none_or(|towards| slope(towards) > FLAT_SLOPE)
 }
 
 /// A scene at a moment.
@@ -132,19 +140,18 @@ fn layer(job: &Job, number: usize, fields: &[Arc<Field>], light: &Illumination) 
 impl LayerMoment {
     /// Cuts of a ray that climbs along `up`, at most.
     fn cuts(&self, up: [f64; 3]) -> f64 {
-        self.lines(up).clamp(1.0, self.max_steps.into())
+        self.lines_at(slope(up)).clamp(1.0, self.max_steps.into())
     }
 
-    /// Cuts of the rays of a texel that is seen along `towards`, about. Most of a flat ray lies
-    /// above the clouds, and is crossed in blocks.
-    fn view_cuts(&self, towards: [f64; 3], rays: f64) -> f64 {
-        let most = FLAT_RAY * f64::from(self.max_steps);
-        (rays * self.lines(towards)).clamp(1.0, rays * most)
+    /// Cuts of the rays of a texel that is seen along `towards` and as wide as so many of the map's, about.
+    fn view_cuts(&self, towards: [f64; 3], across: f64) -> f64 {
+        let slope = slope(towards);
+        let rays = (across * (slope / RAY_SLOPE).min(1.0)).ceil().clamp(1.0, MOST_RAYS);
+        if slope > FLAT_SLOPE { rays * self.lines_at(FLAT_CUTS * FLAT_SLOPE).max(1.0) } else { self.cuts(towards) }
     }
 
-    fn lines(&self, up: [f64; 3]) -> f64 {
-        let slope = up[0].hypot(up[1]) / up[2].abs().max(MIN_COSINE.into());
-        // A line between texels in each of two directions.
+    /// Lines between texels in each of two directions that a ray of a slope crosses.
+    fn lines_at(&self, slope: f64) -> f64 {
         1.5 * slope * self.depth_m / self.texel_m
     }
 }
@@ -195,9 +202,7 @@ impl Moment {
     pub(crate) fn view_cuts(&self, towards: Option<[f64; 3]>, texels: u32) -> f64 {
         let texel_m = self.extent_m / f64::from(texels);
         let cuts = |layer: &LayerMoment| {
-            towards.map_or(layer.max_steps.into(), |towards| {
-                layer.view_cuts(towards, view_rays(towards, texel_m / layer.texel_m))
-            })
+            towards.map_or(layer.max_steps.into(), |towards| layer.view_cuts(towards, texel_m / layer.texel_m))
         };
         self.layers.iter().map(cuts).sum::<f64>().max(1.0)
     }

@@ -6,6 +6,7 @@
 mod clear;
 mod compass;
 mod cumulus_kept;
+mod drawn;
 mod file;
 mod kept;
 mod keys;
@@ -27,7 +28,8 @@ use crate::request::{Cloud, Format, Request, Sky, TextureKind, Wanted};
 use crate::scene::Scene;
 use crate::scene::quantity::Quantity as _;
 use crate::tables::TableLibrary;
-use pipeline::{Clock, Keep, Pipeline, Texels, drawn};
+use drawn::drawn;
+use pipeline::{Clock, Keep, Pipeline, Texels};
 use std::sync::Arc;
 
 /// How a renderer is opened.

@@ -64,7 +64,8 @@ pub(crate) fn band(
             let over = inputs.cumulus.is_some_and(|(before, _)| *before == 0);
             let drawn = each(gpu, inputs, view, over, |layer, bound| {
                 let (tables, method) = (layer.tables?, layer.method?);
-                let shape = binds![&layer.field.thickness, &layer.field.bounds];
+                let field = binds![&layer.field.thickness, &layer.field.bounds];
+                let shape = layer.levels.map_or(field, |levels| binds![&levels.map, &levels.bounds]);
                 let drawn_on = DrawnOn { texels: &output, behind: last?.beyond(from_above), held: &held, first: false };
                 let mut binds = cloud_binds(gpu, layer, bound, shape, from_above, &drawn_on)?;
                 binds.extend(method.binds(gpu, tables, from_above));

@@ -197,20 +197,21 @@ fn a_hanging_layer_is_a_standing_one_turned_over() {
         let (start_uv, slope) = (dvec2(0.137 * f64::from(i), 0.311 * f64::from(i)), 0.02 * f64::from(i));
         let azimuth = f64::from(i);
         let up = dvec3(slope * azimuth.sin(), slope * azimuth.cos(), 1.0).normalize();
-        let stood = reference::path::path_in_layer(&sheet, frame, start_uv, up);
-        let uv_per_metre = dvec2(up.x, -up.y) / (up.z * EXTENT_M);
         let ray = MapRay {
-            start_uv: start_uv + uv_per_metre * depth_m,
-            uv_per_metre: -uv_per_metre,
+            start_uv,
+            uv_per_metre: dvec2(up.x, -up.y) / (up.z * EXTENT_M),
             from_m: 0.0,
             way_m: depth_m,
+            sense: 1.0,
+            unseen: 0.0,
             per_metre: EXTINCTION_PER_M / up.z,
             parts: 64,
         };
-        let turned = path_columns(&hung, &ray);
-        assert!((turned.length_m / up.z - stood.length_m).abs() < 0.5, "{i}: {turned:?} {stood:?}");
-        let seen = depth_m - turned.high_m;
-        apart += u32::from(stood.length_m > 1.0 && (seen - stood.low_m).abs() > 1.0);
+        let stood = reference::path::path_stretch(&sheet, frame, &ray);
+        let turned = path_columns(&hung, &MapRay { from_m: depth_m, sense: -1.0, ..ray });
+        assert!((turned.path_m - stood.path_m).abs() < 0.5 * up.z, "{i}: {turned:?} {stood:?}");
+        let [seen, standing] = [turned, stood].map(|found| found.met.x / found.met.y.max(1e-30));
+        apart += u32::from(stood.path_m > 1.0 && (seen - standing).abs() > 1.0);
     }
     // A sheet's humps within a piece of a ray are taken to lie at one of its ends.
     assert!(apart < 30, "{apart} of 200");

@@ -114,9 +114,13 @@ fn a_picture_is_the_mean_of_finer_ones_and_gets_smoother() {
                 assert!(mean.abs() < SAME_MEAN && *rms < SAME_TEXEL, "{view}, {direction}, {size}: {mean}, {rms}");
                 assert!(*steps < STEP, "{view}, {direction}, {size}: neighbours differ by {steps}");
             }
-            // Finer texels lie closer to each other, and what they show does too.
-            for pair in found.windows(2) {
+            // Finer texels lie closer to each other, and what they show does too. From above, single rays past the highest tops
+            // show more of their edges than the mean of several.
+            for pair in found.windows(2).filter(|_| view == "below") {
                 assert!(pair[1][2] < pair[0][2], "{view}, {direction}: {found:?}");
+            }
+            for [.., steps] in found.iter().filter(|_| view == "above") {
+                assert!(*steps < STEP_FROM_ABOVE, "{view}, {direction}: {found:?}");
             }
         }
     }
@@ -138,11 +142,12 @@ fn a_picture_is_the_mean_of_exact_rays() {
     }
 }
 
-/// Of 32 to 256 texels a side, in the mean and each of the mean of the finest in it: a texel has eight rays at most.
+/// Of 32 to 256 texels a side, in the mean and each of the mean of the finest in it: a texel has a ray for each of the map's.
 const SAME_MEAN: f64 = 0.008;
 const SAME_TEXEL: f64 = 0.09;
-/// Neighbours along the view, root mean square relative to the mean. It was 0.075 from above at the
-/// largest texels, and falls with their size.
+/// Neighbours along the view, root mean square relative to the mean: 0.108 from below at the largest texels, which falls with their size, and
+/// 0.063 from above at the smallest.
 const STEP: f64 = 0.11;
+const STEP_FROM_ABOVE: f64 = 0.08;
 /// Of some thousand rays, all of whose way is exact.
 const EXACT_MEAN: f64 = 0.02;

@@ -12,7 +12,7 @@ use glam::dvec2;
 use serde_json::{Value, json};
 use skyloom::cumulus::dressed;
 use skyloom::reference::cloud_lattice::LatticeSeen;
-use skyloom::reference::{Map, cloud, cloud_lattice, cloud_plane};
+use skyloom::reference::{Map, cloud, cloud_lattice, cloud_plane, field_level};
 use skyloom::render::{Stages, Watch};
 use uneven::{SIDE, run, scene};
 use weights::coarse_weights;
@@ -120,13 +120,14 @@ fn twin(sky: &mut Sky, scene: &Value, query: &[(&str, &str)]) -> (Stages, Vec<f6
     let tables: Vec<Vec<f64>> = job.tables()[0].channels.iter().map(dressed::table).collect();
     let seen = LatticeSeen::new(stages.lattice.as_ref().unwrap(), std::array::from_fn(|c| &*tables[c]));
     let (frame, view, thickness) = (&stages.frame, &stages.view, Map::from(&stages.thickness));
+    let levels = field_level::levels(&thickness);
     let of_slab = cloud::sunlight(frame, &stages.tables, stages.slab.as_ref().unwrap());
     let sunlight = cloud_lattice::sunlight(frame, seen, &thickness, of_slab);
     let size = view.size[0] as usize;
     let texel = |i: usize| {
         let place = (dvec2((i % size) as f64, (i / size) as f64) + 0.5) / size as f64;
         let places = cloud_plane::view_places(frame, view, &thickness, place);
-        let rays = places.iter().map(|place| sunlight(&cloud_plane::view_ray(frame, view, &thickness, *place)));
+        let rays = places.iter().map(|place| sunlight(&cloud_plane::view_ray(frame, view, &levels, *place)));
         let light = (rays.sum::<glam::DVec3>() / places.len() as f64).to_array();
         [0, 1, 2].map(|c| light[c] * f64::from(frame.sun.irradiance[c]))
     };

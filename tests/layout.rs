@@ -13,7 +13,7 @@ use skyloom::gpu::layout::{
 };
 use skyloom::gpu::shaders::{self, Shader};
 use skyloom::projection::SphereLayout;
-use skyloom::reference::{air, cloud_lattice, cloud_sky, path_sampled, sky, sphere};
+use skyloom::reference::{air, cloud_lattice, cloud_plane, cloud_sky, path_sampled, path_seen, sky, sphere};
 use skyloom::reference::{cumulus as seen, cumulus_forward, cumulus_surface};
 use skyloom::slab::fluxes;
 use skyloom::slab::phases as tables;
@@ -414,6 +414,19 @@ fn constants_of_the_sky() {
             (name, number as f64)
         })
         .collect();
+    let flat = [
+        ("FLAT_SLOPE", path_seen::FLAT_SLOPE),
+        ("FLAT_MARCHES", f64::from(path_seen::FLAT_MARCHES)),
+        ("FLAT_TEXELS", path_seen::FLAT_TEXELS),
+        ("PATH_UNSEEN", path_seen::PATH_UNSEEN),
+        ("PATH_MOST_STEPS", path_sampled::PATH_MOST_STEPS),
+        ("VIEW_MOST_RAYS", cloud_plane::VIEW_MOST_RAYS),
+        ("VIEW_RAY_SLOPE", cloud_plane::VIEW_RAY_SLOPE),
+        ("VIEW_ASIDE", cloud_plane::VIEW_ASIDE),
+    ];
+    for shader in [&shaders::CLOUD_FORWARD, &shaders::CLOUD_ANALYTIC, &shaders::LATTICE_TABULATED_COLUMNS] {
+        assert_constants(shader, &flat);
+    }
     let clouds = [("SKY_OPAQUE", cloud_sky::SKY_OPAQUE), ("PATH_MOST_STEPS", path_sampled::PATH_MOST_STEPS)];
     for shader in [&shaders::SKY_FORWARD, &shaders::SKY_ANALYTIC, &shaders::SKY_TABULATED] {
         assert_constants(shader, &[&sphere[..], &kinds, &clouds].concat());

@@ -265,7 +265,7 @@ fn shadow_error(sky: &mut Sky, sun_deg: f64, tolerance: f64) -> f64 {
     for (i, found) in stages.output.iter().enumerate() {
         let centre = |i: usize| (i as f64 + 0.5) / 64.0;
         let uv = glam::dvec2(centre(i % 64) + shift[0], centre(i / 64) + shift[1]);
-        let exact = (-f64::from(fine.medium.extinction_550) * path_in_layer(&thickness, &fine, uv, sun).length_m).exp();
+        let exact = (-f64::from(fine.medium.extinction_550) * path_in_layer(&thickness, &fine, uv, sun)).exp();
         sum += (f64::from(*found) - exact).powi(2);
     }
     (sum / stages.output.len() as f64).sqrt()

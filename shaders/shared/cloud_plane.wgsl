@@ -9,12 +9,14 @@ const PATH_SEEN: bool = true;
 // The method's own bindings begin here.
 const METHOD_BINDING: u32 = 14u;
 
-// Rays of a texel, at most; and the slope from which there are more where texels are as wide as the map's, one for each such
-// slope beyond it. Views close to the horizon show clouds' edges one behind the other, finer than any texel; steeper ones are points.
+// Samples along the rest of a flat ray, at most.
+const PATH_MOST_STEPS: f32 = 1024.0;
+// Rays of a texel, at most; and the slope from which on each texel of the map has one: flat views show the edges of clouds one behind
+// the other. Steeper ones are points.
 const VIEW_MOST_RAYS: f32 = 8.0;
-const VIEW_RAY_SLOPE: f32 = 8.0;
-// Places of a texel's rays (SKY_SCATTER in sphere.wgsl).
-const VIEW_SCATTER: vec2<f32> = vec2<f32>(0.75487767, 0.56984029);
+const VIEW_RAY_SLOPE: f32 = 60.0;
+// How far they lie beside even places, texels of the map: at its texels and half-way between them clouds are not like the mean.
+const VIEW_ASIDE: f32 = 0.25;
 
 fn view_ray(ray: Ray) -> ViewRay {
     let from_above = view.from_above == 1u;
@@ -29,21 +31,26 @@ fn view_ray(ray: Ray) -> ViewRay {
     return ViewRay(seen, path.hit_uv, base_uv, cosine, path.length_m, depth, from_above);
 }
 
-fn view_rays(ray: Ray) -> u32 {
-    let slope = length(ray.seen.xy) / max(abs(ray.seen.z), MIN_COSINE);
+// Texels of the map that one of the picture is as wide as.
+fn view_across() -> f32 {
     let map = textureDimensions(thickness);
-    let across = f32(max(map.x, map.y)) / f32(max(view.size.x, view.size.y));
-    return u32(clamp(ceil(max(slope / VIEW_RAY_SLOPE - 1.0, 0.0) * across), 1.0, VIEW_MOST_RAYS));
+    return f32(max(map.x, map.y)) / f32(max(view.size.x, view.size.y));
 }
 
 fn plane_texel(pixel: vec2<u32>, left: Left) -> Shaded {
     let middle = texel_place(view, pixel);
     let ray = projection_ray_at(view, frame.place.extent_m, middle);
-    let rays = view_rays(ray);
+    let slope = length(ray.seen.xy) / max(abs(ray.seen.z), MIN_COSINE);
+    let flat = slope > FLAT_SLOPE;
+    let across = view_across();
+    let wanted = ceil(across * min(slope / VIEW_RAY_SLOPE, 1.0));
+    let rays = select(1u, u32(clamp(wanted, 1.0, VIEW_MOST_RAYS)), flat);
+    // Beside each other: along the view a flat ray shows the same for many texels.
+    let beside = vec2<f32>(ray.seen.y, ray.seen.x) / max(length(ray.seen.xy), 1e-12) / vec2<f32>(view.size);
+    let aside = select(0.0, VIEW_ASIDE / across, flat) - 0.5;
     var sum = Shaded(vec3<f32>(0.0), 0.0, vec2<f32>(0.0));
     for (var i = 0u; i < rays; i++) {
-        let inside = select(vec2<f32>(0.0), fract((f32(i) + 0.5) * VIEW_SCATTER) - 0.5, rays > 1u);
-        let one = projection_ray_at(view, frame.place.extent_m, middle + inside / vec2<f32>(view.size));
+        let one = projection_ray_at(view, frame.place.extent_m, middle + beside * ((f32(i) + 0.5) / f32(rays) + aside));
         let shaded = shade_ray(view_ray(one), left);
         sum = Shaded(sum.light + shaded.light, sum.alpha + shaded.alpha, sum.held + shaded.held);
     }

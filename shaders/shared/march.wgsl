@@ -6,20 +6,15 @@
 // A ray that would be cut more than max_steps times, close to the horizon, is an approximation: it climbs as far on a
 // shorter way over the map, whose clouds stand for those of the whole way. Flat layers stay exact. What a viewer sees is found
 // with more of it exact (path_seen.wgsl).
-struct Path {
-    length_m: f32, // of cloud of the layer's extinction
-    low_m: f32,    // mean height above the base of what is seen of the cloud along the ray, from below
-    high_m: f32,   // and from above
-}
-
 // What is found along a stretch of a ray.
 struct Stretch {
-    path_m: f32,     // height climbed in cloud of the layer's extinction
-    left: f32,       // of light along it
-    low: vec2<f32>,  // what is seen of it from below: weighted heights above its start, and weights
-    high: vec2<f32>, // and from above
+    path_m: f32,    // height crossed in cloud of the layer's extinction
+    left: f32,      // of light along it
+    met: vec2<f32>, // what is seen of it from its start: weighted ways from there, and weights
+    done_m: f32,    // how far it was followed
 }
 
+// Length of cloud of the layer's extinction along a ray.
 fn path_in_layer(
     map: texture_2d<f32>,
     bounds: texture_2d<f32>,
@@ -27,7 +22,7 @@ fn path_in_layer(
     frame: Frame,
     base_uv: vec2<f32>,
     up: vec3<f32>,
-) -> Path {
+) -> f32 {
     return path_from(map, bounds, repeat, frame, base_uv, up, 0.0);
 }
 
@@ -51,7 +46,7 @@ fn path_from(
     start_uv: vec2<f32>,
     up: vec3<f32>,
     from_m: f32,
-) -> Path {
+) -> f32 {
     let cosine = max(up.z, MIN_COSINE);
     let slope = path_slope(frame, up);
     let shorter = slope / max(1.0, path_excess(map, frame, slope));
@@ -59,8 +54,49 @@ fn path_from(
     let per_metre = frame.medium.extinction_550 / cosine;
     let start = start_uv + frame.place.offset_uv;
     let way_m = frame.place.depth_m - from_m;
-    let all = path_stretch(map, bounds, repeat, start, shorter, from_m, way_m, per_metre, frame.place.max_steps);
-    return Path(all.path_m / cosine, from_m + all.low.x / max(all.low.y, 1e-30), from_m + all.high.x / max(all.high.y, 1e-30));
+    let steps = path_most_steps(frame.place.max_steps);
+    return path_stretch(map, bounds, repeat, Way(start, shorter, from_m, way_m, 1.0), per_metre, steps, 0.0).path_m / cosine;
+}
+
+// A part of a ray.
+struct Way {
+    start_uv: vec2<f32>,
+    uv_per_metre: vec2<f32>, // how far it goes over the map for each metre of height
+    from_m: f32,             // height of its start above the base
+    way_m: f32,              // height from there to its end
+    sense: f32,              // 1: it climbs, -1: it sinks
+}
+
+// Steps that end at so many lines, blocks, or where the ray comes to all that may be in a block: fewer of the latter two than
+// half the lines.
+fn path_most_steps(lines: u32) -> u32 {
+    return lines + lines / 2u + 8u;
+}
+
+// A block about a cell of which is known that it is cloud, or clear, where the ray is: one of the coarsest, or of the finest.
+struct Block {
+    side: f32,    // squares between texel centres; 1 where nothing is known
+    first_m: f32, // until here the ray is before all that may be in the block
+    before: bool,
+    after: bool,  // behind it
+}
+
+fn path_block(bounds: texture_2d<f32>, coarsest: u32, cell: vec2<f32>, way: Way, done_m: f32) -> Block {
+    let fine = path_between(bounds, 0u, cell, way);
+    let coarse = path_between(bounds, coarsest, cell, way);
+    let wide = done_m < coarse.x || done_m >= coarse.y;
+    let between = select(fine, coarse, wide);
+    let before = done_m < between.x;
+    let after = done_m >= between.y;
+    let side = f32(BOUNDS_TEXELS << select(0u, coarsest, wide));
+    return Block(select(1.0, side, before || after), between.x, before, after);
+}
+
+// Where a ray is among all that may be in a block.
+fn path_between(bounds: texture_2d<f32>, level: u32, cell: vec2<f32>, way: Way) -> vec2<f32> {
+    let block = vec2<i32>(floor(cell / f32(BOUNDS_TEXELS << level)));
+    let ends = textureLoad(bounds, block, i32(level)).xy - way.from_m;
+    return select(-ends.yx, ends, way.sense > 0.0);
 }
 
 // Mean depth at which light is stopped in a stretch of optical depth x that stops it, as a part of the stretch: 1/2 in a

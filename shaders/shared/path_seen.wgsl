@@ -1,20 +1,24 @@
 // Cloud along a view's ray, and the place at which the viewer sees it.
 //
-// A ray close to the horizon crosses more of the map than one march may. It is marched exactly from the viewer's end on, a stretch
-// of max_steps cuts after the other, until nothing more is seen or PATH_STRETCHES of them are done. What then remains adds to the
-// depth of the cloud, and hardly to what is seen: it climbs as far on a shorter way over the map, which stands for the whole.
+// A ray is followed exactly from the viewer's end on. One close to the horizon crosses more of the map than that may take: it ends
+// where nothing more is seen, or after as many lines as a flat ray may cross. What then remains adds to the depth of the cloud, and hardly
+// to what is seen: it is looked at on a level of the map on which the whole ray crosses a few texels.
 
 struct Seen {
     length_m: f32,     // of cloud of the layer's extinction
     hit_uv: vec2<f32>, // mean place of what the viewer sees
 }
 
-// Exact stretches of a ray, at most.
-const PATH_STRETCHES: u32 = 8u;
+// Way over the map for each metre of height from which a ray is flat.
+const FLAT_SLOPE: f32 = 8.0;
+// Lines that are crossed exactly, at most, in those of a march towards the sun.
+const FLAT_MARCHES: u32 = 8u;
 // Less than this is not seen.
 const PATH_UNSEEN: f32 = 1e-4;
+// Texels that the whole of a flat ray crosses on the level on which its rest is looked at.
+const FLAT_TEXELS: f32 = 24.0;
 
-// The ray crosses the base plane at base_uv and climbs along up.
+// The ray crosses the base plane at base_uv and climbs along up. The map of flat rays has levels.
 fn path_seen(
     map: texture_2d<f32>,
     bounds: texture_2d<f32>,
@@ -27,30 +31,30 @@ fn path_seen(
     let cosine = max(up.z, MIN_COSINE);
     let slope = path_slope(frame, up);
     let depth_m = frame.place.depth_m;
-    let stretch_m = depth_m / max(1.0, path_excess(map, frame, slope));
     let per_metre = frame.medium.extinction_550 / cosine;
-    var path_m = 0.0;
-    var left = 1.0;
-    // Weighted places and weights.
-    var met = vec3<f32>(0.0);
-    var done_m = 0.0;
-    for (var i = 0u; i <= PATH_STRETCHES && done_m < depth_m; i++) {
-        let rest_m = depth_m - done_m;
-        let last = i == PATH_STRETCHES || left < PATH_UNSEEN;
-        let rise_m = select(min(stretch_m, rest_m), rest_m, last);
-        let way = slope / max(1.0, rise_m / stretch_m);
-        // At its end before the viewer it goes on from where the one before ended.
-        let start = base_uv + select(slope * done_m, slope * (depth_m - done_m) - way * rise_m, from_above);
-        let from_m = select(done_m, depth_m - done_m - rise_m, from_above);
-        let shift = frame.place.offset_uv;
-        let part = path_stretch(map, bounds, repeat, start + shift, way, from_m, rise_m, per_metre, frame.place.max_steps);
-        let seen = select(part.low, part.high, from_above);
-        met += left * vec3<f32>(start * seen.y + way * seen.x, seen.y);
-        left *= part.left;
-        path_m += part.path_m;
-        done_m += rise_m;
+    let flat = length(up.xy) > FLAT_SLOPE * cosine;
+    let exact_m = depth_m / max(1.0, path_excess(map, frame, slope) / f32(FLAT_MARCHES));
+    // From the viewer on.
+    let near_uv = base_uv + select(vec2<f32>(0.0), slope * depth_m, from_above);
+    let sense = select(1.0, -1.0, from_above);
+    let way = Way(near_uv + frame.place.offset_uv, sense * slope, select(0.0, depth_m, from_above), exact_m, sense);
+    let steps = path_most_steps(FLAT_MARCHES * frame.place.max_steps);
+    let exact = path_stretch(map, bounds, repeat, way, per_metre, steps, select(0.0, PATH_UNSEEN, flat));
+    var path_m = exact.path_m;
+    // Weighted ways and weights.
+    var met = exact.met;
+    let rest_m = depth_m - exact.done_m;
+    // Less than a millionth of the layer is rounding.
+    if rest_m > 1e-6 * depth_m {
+        let size = textureDimensions(map);
+        let crossed = depth_m * length(slope) * f32(max(size.x, size.y));
+        let level = min(ceil(log2(max(crossed / FLAT_TEXELS, 1.0))), f32(textureNumLevels(map)) - 1.0);
+        let from_m = select(exact.done_m, 0.0, from_above);
+        let rest = path_sampled(map, repeat, level, frame, base_uv + slope * from_m, up, from_m, rest_m, 1.0);
+        path_m += rest.length_m * cosine;
+        let met_m = exact.done_m + select(rest.low_m, rest_m - rest.high_m, from_above);
+        met += exact.left * (1.0 - exp(-frame.medium.extinction_550 * rest.length_m)) * vec2<f32>(met_m, 1.0);
     }
     // Without cloud it is where the ray comes to the layer.
-    let near = base_uv + slope * select(0.0, depth_m, from_above);
-    return Seen(path_m / cosine, select(near, met.xy / max(met.z, 1e-30), met.z > 0.0));
+    return Seen(path_m / cosine, near_uv + sense * slope * met.x / max(met.y, 1e-30));
 }

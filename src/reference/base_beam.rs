@@ -22,7 +22,7 @@ pub fn main(frame: &Frame, thickness: &Map, transmittance: &Map, above: &Map) ->
                     let height_m = thickness.sample_periodic((uv + vec2(frame.place.offset_uv)).to_array())[0];
                     height_m / f64::from(frame.sun.slant_cosine)
                 }
-                _ => path_in_layer(thickness, frame, uv, vec3(frame.sun.towards)).length_m,
+                _ => path_in_layer(thickness, frame, uv, vec3(frame.sun.towards)),
             };
             sun_through(frame, transmittance, path_m).beam.extend(depth_per_m * path_m)
         });

@@ -74,7 +74,7 @@ pub fn main(frame: &Frame, maps: &Maps<'_>) -> BaseLight {
             entering_sum += entering;
             let path_m = match frame.maps.columns {
                 1 => column_m,
-                _ => path_in_layer(maps.thickness, frame, uv, vec3(frame.sun.towards)).length_m,
+                _ => path_in_layer(maps.thickness, frame, uv, vec3(frame.sun.towards)),
             };
             let reflectance = |path_m: f64| slab_reflectance(maps.reflectance, extinction * path_m * cosine, cosine);
             let through = |path_m: f64| sun_through(frame, maps.transmittance, path_m);

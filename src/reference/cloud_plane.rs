@@ -1,34 +1,39 @@
 //! Texels of the texture cloud: rays of a plane over the domain. Twin of `shaders/shared/cloud_plane.wgsl`.
 
 use super::cloud::{Maps, Shaded, ViewRay, shade_ray};
+use super::field_level;
 use super::frame::{MIN_COSINE, domain_uv, texel_centre};
 use super::map::Map;
-use super::path_seen::path_seen;
+use super::path_seen::{is_flat, path_seen};
 use super::projection::{Ray, ray};
 use crate::gpu::layout::{Frame, View};
 use glam::{DVec2, DVec3, DVec4, dvec2};
 use rayon::prelude::*;
 
-/// Rays of a texel, at most; and the slope from which there are more where texels are as wide as the map's.
-const MOST_RAYS: f64 = 8.0;
-const RAY_SLOPE: f64 = 8.0;
-/// Where a texel's rays are.
-const SCATTER: DVec2 = dvec2(0.75487767, 0.56984029);
+/// Rays of a texel, at most.
+pub const VIEW_MOST_RAYS: f64 = 8.0;
+/// The slope from which on each texel of the map has one.
+pub const VIEW_RAY_SLOPE: f64 = 60.0;
+/// How far they lie beside even places, texels of the map.
+pub const VIEW_ASIDE: f64 = 0.25;
 
 /// The places of the rays of the texel at `place`.
 pub fn view_places(frame: &Frame, view: &View, thickness: &Map, place: DVec2) -> Vec<DVec2> {
     let Ray { seen, .. } = ray(view, frame.place.extent_m.into(), place);
+    let across = thickness.width.max(thickness.height) as f64 / f64::from(view.size[0].max(view.size[1]));
+    if !is_flat(seen) {
+        return vec![place];
+    }
     let slope = seen.truncate().length() / seen.z.abs().max(MIN_COSINE);
-    let side = thickness.width.max(thickness.height) as f64;
-    let across = side / f64::from(view.size[0].max(view.size[1]));
-    let rays = ((slope / RAY_SLOPE - 1.0).max(0.0) * across).ceil().clamp(1.0, MOST_RAYS) as u32;
-    let size = dvec2(view.size[0].into(), view.size[1].into());
-    let scattered = |number: u32| place + (((f64::from(number) + 0.5) * SCATTER).fract() - 0.5) / size;
-    if rays == 1 { vec![place] } else { (0..rays).map(scattered).collect() }
+    let rays = (across * (slope / VIEW_RAY_SLOPE).min(1.0)).ceil().clamp(1.0, VIEW_MOST_RAYS) as u32;
+    // Beside each other: along the view a flat ray shows the same for many texels.
+    let beside = dvec2(seen.y, seen.x).normalize_or_zero() / dvec2(view.size[0].into(), view.size[1].into());
+    let aside = VIEW_ASIDE / across - 0.5;
+    (0..rays).map(|number| place + beside * ((f64::from(number) + 0.5) / f64::from(rays) + aside)).collect()
 }
 
-/// The ray of the texel at `place` (0 to 1 from the north-west corner).
-pub fn view_ray(frame: &Frame, view: &View, thickness: &Map, place: DVec2) -> ViewRay {
+/// The ray of the texel at `place` (0 to 1 from the north-west corner). `levels`: of the thickness.
+pub fn view_ray(frame: &Frame, view: &View, levels: &[Map], place: DVec2) -> ViewRay {
     let from_above = view.from_above == 1;
     let (extent_m, plane_m) = (f64::from(frame.place.extent_m), f64::from(view.plane_m));
     let Ray { position, seen } = ray(view, extent_m, place);
@@ -37,7 +42,7 @@ pub fn view_ray(frame: &Frame, view: &View, thickness: &Map, place: DVec2) -> Vi
     let cosine = up.z.clamp(MIN_COSINE, 1.0);
     let sunk_m = f64::from(frame.place.base_m) - plane_m;
     let base_uv = domain_uv(position.truncate() + up.truncate() / cosine * sunk_m, extent_m);
-    let path = path_seen(thickness, frame, base_uv, up, from_above);
+    let path = path_seen(levels, frame, base_uv, up, from_above);
     let depth = f64::from(frame.medium.extinction_550) * path.length_m * cosine;
     ViewRay { seen, hit_uv: path.hit_uv, base_uv, cosine, path_m: path.length_m, depth, from_above }
 }
@@ -78,11 +83,11 @@ pub fn rays_behind(
     sunlight: impl Fn(&ViewRay) -> DVec3 + Sync,
     before: &[Shaded],
 ) -> Vec<Vec<Shaded>> {
-    let width = view.size[0] as usize;
+    let (width, levels) = (view.size[0] as usize, field_level::levels(thickness));
     let texel = |(number, before): (usize, &Shaded)| {
         let place = texel_centre(number % width, number / width + view.first_row as usize, view.size);
         let shaded = |place: DVec2| {
-            let ray = view_ray(frame, view, thickness, place);
+            let ray = view_ray(frame, view, &levels, place);
             shade_ray(frame, maps, &sunlight, &ray, (before, view.together == 1))
         };
         view_places(frame, view, thickness, place).into_iter().map(shaded).collect()

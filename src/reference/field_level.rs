@@ -22,3 +22,13 @@ pub fn main(fine: &Map, size: [usize; 2]) -> Map {
         rows.map(row).sum::<DVec4>().to_array()
     })
 }
+
+/// A map and all of its mip levels after it.
+pub fn levels(map: &Map) -> Vec<Map> {
+    let mut levels = vec![map.clone()];
+    while let Some(finest) = levels.last().filter(|last| last.width.max(last.height) > 1) {
+        let size = [finest.width, finest.height].map(|side| (side / 2).max(1));
+        levels.push(main(finest, size));
+    }
+    levels
+}

@@ -40,7 +40,7 @@ pub fn at(frame: &Frame, thickness: &Map, transmittance: &Map, uv: DVec2) -> Gro
         let apart = apart * f64::from(frame.place.base_m / frame.place.extent_m);
         let apart = if frame.sun.discs > 1 { dvec2(apart.x, -apart.y) } else { DVec2::ZERO };
         let base_uv = uv + vec2(frame.place.shift_uv) + apart;
-        let path_m = path_in_layer(thickness, frame, base_uv, towards).length_m;
+        let path_m = path_in_layer(thickness, frame, base_uv, towards);
         let extinction = vec3(frame.medium.extinction).extend(frame.medium.extinction_550.into());
         let at_550 = (-f64::from(frame.medium.beam_550) * extinction.w * path_m).exp();
         beam += sun_through(frame, transmittance, path_m).beam.extend(at_550);

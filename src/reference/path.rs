@@ -3,19 +3,19 @@
 use super::columns::is_ragged;
 use super::frame::{MIN_COSINE, vec2};
 use super::map::Map;
-use super::march::{Path, path_mean_depth};
-use super::path_columns::{Found, MapRay, found_in_columns};
+use super::march::path_mean_depth;
+use super::path_columns::{Found, MapRay, path_columns};
 use crate::gpu::layout::Frame;
 use glam::{DVec2, DVec3, dvec2};
 
-/// Cloud along the ray that crosses the base plane at `base_uv` and climbs along the unit vector `up`. Cloud fills base to
+/// Length of cloud of the layer's extinction along the ray, metres, that crosses the base plane at `base_uv` and climbs along the unit vector `up`. Cloud fills base to
 /// base + thickness (`map`, metres), or is that of columns. A ray that would be cut more often than the frame allows goes a shorter way over the map.
-pub fn path_in_layer(map: &Map, frame: &Frame, base_uv: DVec2, up: DVec3) -> Path {
+pub fn path_in_layer(map: &Map, frame: &Frame, base_uv: DVec2, up: DVec3) -> f64 {
     path_from(map, frame, base_uv, up, 0.0)
 }
 
 /// The same for a ray that starts `from_m` above the base, at `start_uv`.
-pub fn path_from(map: &Map, frame: &Frame, start_uv: DVec2, up: DVec3, from_m: f64) -> Path {
+pub fn path_from(map: &Map, frame: &Frame, start_uv: DVec2, up: DVec3, from_m: f64) -> f64 {
     let slope = path_slope(frame, up);
     let cosine = up.z.max(MIN_COSINE);
     let ray = MapRay {
@@ -23,12 +23,12 @@ pub fn path_from(map: &Map, frame: &Frame, start_uv: DVec2, up: DVec3, from_m: f
         uv_per_metre: slope / path_excess(map, frame, slope).max(1.0),
         from_m,
         way_m: f64::from(frame.place.depth_m) - from_m,
+        sense: 1.0,
+        unseen: 0.0,
         per_metre: f64::from(frame.medium.extinction_550) / cosine,
         parts: 2,
     };
-    let Found { path_m, low, high, .. } = path_stretch(map, frame, &ray);
-    let mean = |sums: DVec2| from_m + sums.x / sums.y.max(1e-30);
-    Path { length_m: path_m / cosine, low_m: mean(low), high_m: mean(high) }
+    path_stretch(map, frame, &ray).path_m / cosine
 }
 
 /// How far over the map a ray goes for each metre of height.
@@ -45,9 +45,9 @@ pub fn path_excess(map: &Map, frame: &Frame, slope: DVec2) -> f64 {
 /// A stretch of a ray.
 pub fn path_stretch(map: &Map, frame: &Frame, ray: &MapRay) -> Found {
     if is_ragged(frame) {
-        return found_in_columns(map, ray);
+        return path_columns(map, ray);
     }
-    let MapRay { start_uv: start, uv_per_metre, from_m, way_m, per_metre, .. } = *ray;
+    let MapRay { start_uv: start, uv_per_metre, from_m, way_m, sense, unseen, per_metre, .. } = *ray;
     let size = dvec2(map.width as f64, map.height as f64);
     let place = start * size - 0.5;
     let slope = uv_per_metre * size;
@@ -58,23 +58,26 @@ pub fn path_stretch(map: &Map, frame: &Frame, ray: &MapRay) -> Found {
     let mut line = pitch * dvec2(first(place.x, slope.x), first(place.y, slope.y));
     // Height of the cloud's top above the ray.
     let above_at =
-        |height_m: f64| map.sample_periodic((start + uv_per_metre * height_m).to_array())[0] - from_m - height_m;
-    let (mut sum, mut height_m, mut above) = (0.0, 0.0, above_at(0.0));
-    // What is left of a view from below; weighted heights and weights.
-    let (mut left, mut low, mut high) = (1.0, DVec2::ZERO, DVec2::ZERO);
-    while height_m < way_m {
-        let next_m = line.min_element().min(way_m);
-        let (middle, next) = (above_at(0.5 * (height_m + next_m)), above_at(next_m));
-        let part_m = (next_m - height_m) * path_inside(above, middle, next);
+        |way_m: f64| map.sample_periodic((start + uv_per_metre * way_m).to_array())[0] - from_m - sense * way_m;
+    let (mut sum, mut done_m, mut above) = (0.0, 0.0, above_at(0.0));
+    // What is left of a view from the start; weighted ways and weights.
+    let (mut left, mut met) = (1.0, DVec2::ZERO);
+    while done_m < way_m && left >= unseen {
+        let mut next_m = line.min_element().min(way_m);
+        let (middle, next) = (above_at(0.5 * (done_m + next_m)), above_at(next_m));
+        let inside = path_inside(above, middle, next);
+        let mut part_m = (next_m - done_m) * inside;
         if part_m > 0.0 {
+            let enter_m = if above > 0.0 { done_m } else { next_m - part_m };
+            let enough_m = ((left / unseen).ln() + 0.01) / per_metre;
+            if unseen > 0.0 && enough_m < part_m {
+                (part_m, next_m) = (enough_m, enter_m + enough_m);
+            }
             sum += part_m;
-            let enter_m = if above > 0.0 { height_m } else { next_m - part_m };
-            let leave_m = if next > 0.0 { next_m } else { height_m + part_m };
             let x = per_metre * part_m;
             let kept = -(-x).exp_m1();
             let inside_m = part_m * path_mean_depth(x);
-            low += left * kept * dvec2(enter_m + inside_m, 1.0);
-            high = (-x).exp() * high + kept * dvec2(leave_m - inside_m, 1.0);
+            met += left * kept * dvec2(enter_m + inside_m, 1.0);
             left *= (-x).exp();
         }
         if line.x <= next_m {
@@ -83,9 +86,9 @@ pub fn path_stretch(map: &Map, frame: &Frame, ray: &MapRay) -> Found {
         if line.y <= next_m {
             line.y += pitch.y;
         }
-        (height_m, above) = (next_m, next);
+        (done_m, above) = (next_m, next);
     }
-    Found { path_m: sum, left, low, high }
+    Found { path_m: sum, left, met, done_m }
 }
 
 /// Part of a piece along which a parabola is above 0, given its values at the start, in the middle and at the end.

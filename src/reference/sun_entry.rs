@@ -39,9 +39,8 @@ pub fn main(frame: &Frame, thickness: &Map) -> Map {
         if frame.maps.columns == 2 {
             return facing.min(MOST);
         }
-        let path = path_from(thickness, frame, uv, sun, height_m);
-        (-f64::from(frame.medium.beam_550) * f64::from(frame.medium.extinction_550) * path.length_m).exp()
-            * facing.min(MOST)
+        let path_m = path_from(thickness, frame, uv, sun, height_m);
+        (-f64::from(frame.medium.beam_550) * f64::from(frame.medium.extinction_550) * path_m).exp() * facing.min(MOST)
     };
     let mean = |x, y| samples(frame, x, y).map(sample).iter().sum::<f64>() / SAMPLES as f64;
     Map::from_fn(side, side, |x, y| [mean(x, y), 0.0, 0.0, 0.0])

@@ -2,6 +2,7 @@
 //! the same run.
 
 use super::cumulus_kept::CumulusKept;
+use super::drawn::{cumulus_place, drawn};
 use super::file::check_eye;
 use super::kept::Kept;
 use super::keys::{BeamKey, FieldKey, LightKey, MixKey, SlabKey, SourceKey};
@@ -17,10 +18,9 @@ use crate::image::MissingImage;
 use crate::job::{Job, RenderError, Watch};
 use crate::light::{self, LatticeLit, Light, LightInputs, Lit};
 use crate::method::{Reference, SlabMethod};
-use crate::moment::Moment;
+use crate::moment::{Moment, has_flat_rays};
 use crate::plan::field_resolution;
 use crate::projection::Projection;
-use crate::request::Side;
 use crate::scene::Thickness;
 use crate::shade::{self, GroundSun, SlabLight};
 use crate::slab::angles::AngleSlice;
@@ -117,25 +117,6 @@ impl Clock {
     }
 }
 
-/// Stratiform layers that a texture shows, in the order in which they are drawn: from the viewer on.
-pub(super) fn drawn(job: &Job) -> Vec<usize> {
-    let wanted = &job.request().wanted;
-    let mut layers: Vec<usize> = match wanted.layer() {
-        Some(layer) => job.scene().stratiform_index(layer as usize).into_iter().collect(),
-        None => (0..job.scene().stratiform_count()).collect(),
-    };
-    if wanted.plane().is_some_and(|plane| plane.side == Side::Above) {
-        layers.reverse();
-    }
-    layers
-}
-
-/// How many of the layers that a texture shows are drawn before one at a place of the scene's list.
-fn cumulus_place(job: &Job, place: usize) -> usize {
-    let from_above = job.request().wanted.plane().is_some_and(|plane| plane.side == Side::Above);
-    drawn(job).into_iter().filter(|&number| (job.scene().place(number) < place) != from_above).count()
-}
-
 impl Pipeline {
     pub(super) fn new(gpu: Gpu) -> Self {
         Self {
@@ -228,12 +209,19 @@ impl Pipeline {
             .cumulus
             .as_ref()
             .is_some_and(|cumulus| request.wanted.layer().is_none_or(|layer| layer as usize == cumulus.place()));
+        let mut levels = Vec::new();
+        if request.wanted.plane().is_some_and(|plane| has_flat_rays(plane.towards())) {
+            for (number, field) in run.fields.iter().enumerate() {
+                levels.push(self.skies.levels(&self.gpu, job, number, field, watch)?);
+            }
+        }
         let layer = |number: usize| shade::LayerInputs {
             frame: &lit_by[number],
             field: &run.fields[number],
             tables: run.tables.get(number).map(|tables| &*tables.device),
             method: slabs.get(number),
             light: light.as_deref().and_then(|light| light.layers.get(number)),
+            levels: levels.get(number).map(|levels| &**levels),
         };
         let dark = self.gpu.texture_from("gathered", [1; 2], 4, &[0.0; 4]);
         let of = |layers: Vec<usize>, with_cumulus: bool| shade::Inputs {

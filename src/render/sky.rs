@@ -6,7 +6,7 @@ use super::pipeline::Keep;
 use super::stages::SkyStages;
 use crate::air_map::{AirMap, Half};
 use crate::atmosphere::End;
-use crate::field;
+use crate::field::{self, Field, Levels};
 use crate::frame;
 use crate::gpu::layout::{SkyView, View};
 use crate::gpu::{Gpu, Target};
@@ -33,7 +33,7 @@ const MEAN_CUTS: f64 = 100.0;
 
 /// What of skies stays on the device.
 pub(super) struct SkyKept {
-    levels: Kept<FieldKey, Arc<Target>>,
+    levels: Kept<FieldKey, Arc<Levels>>,
     grounds: Kept<GroundKey, Arc<GroundLit>>,
     airs: Kept<AirKey, Arc<DeviceAir>>,
 }
@@ -98,6 +98,18 @@ impl SkyKept {
         Self { levels: Kept::new(KEPT), grounds: Kept::new(KEPT), airs: Kept::new(KEPT_AIRS) }
     }
 
+    /// The levels of a layer's map.
+    pub(super) fn levels(
+        &mut self,
+        gpu: &Gpu,
+        job: &Job,
+        number: usize,
+        field: &Field,
+        watch: &Watch,
+    ) -> Result<Arc<Levels>, RenderError> {
+        levels(&mut self.levels, gpu, job, number, field, watch)
+    }
+
     /// Shades a sky in bands; with what lies between its passes, if that is to be kept.
     pub(super) fn texels(
         &mut self,
@@ -116,8 +128,7 @@ impl SkyKept {
         let far = [air(Half::Above, End::Atmosphere), air(Half::Below, End::Atmosphere)];
         let mut layers = Vec::with_capacity(seen.len());
         for (number, inputs) in seen {
-            let make = || field::levels(gpu, inputs.field, watch.deadline).map(Arc::new);
-            let levels = self.levels.get_or(FieldKey::new(job, number), make)?;
+            let levels = levels(&mut self.levels, gpu, job, number, inputs.field, watch)?;
             let LayerMoment { base_m, depth_m, .. } = moment.layers[number];
             let top_m = base_m + depth_m;
             let sinking = (eye.height_m > base_m).then(|| air(Half::Below, End::Shell(top_m)));
@@ -175,6 +186,17 @@ impl SkyKept {
     }
 }
 
+fn levels(
+    kept: &mut Kept<FieldKey, Arc<Levels>>,
+    gpu: &Gpu,
+    job: &Job,
+    number: usize,
+    field: &Field,
+    watch: &Watch,
+) -> Result<Arc<Levels>, RenderError> {
+    kept.get_or(FieldKey::new(job, number), || Ok(Arc::new(field::levels(gpu, field, watch.deadline)?)))
+}
+
 /// Texels a side of the map of the ground: a power of two.
 fn ground_texels(job: &Job) -> u32 {
     let [least, most] = GROUND_TEXELS;
@@ -204,7 +226,7 @@ fn stages(
     Ok(SkyStages {
         view,
         backdrop: inputs.backdrop,
-        levels: inputs.layers.iter().map(|layer| read(&layer.levels)).collect::<Result<_, _>>()?,
+        levels: inputs.layers.iter().map(|layer| read(&layer.levels.map)).collect::<Result<_, _>>()?,
         ground_view: ground_view(texels),
         albedo: GroundMap::new(&job.scene().ground.albedo, job.images())?.means(texels),
         irradiance,

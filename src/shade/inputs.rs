@@ -2,7 +2,7 @@
 
 use super::cumulus::CumulusInputs;
 use super::method::SlabLight;
-use crate::field::Field;
+use crate::field::{Field, Levels};
 use crate::gpu::layout::View;
 use crate::gpu::shaders::Shader;
 use crate::gpu::{Bind, Gpu, GpuError, Pass, Target, binds};
@@ -16,6 +16,8 @@ pub(crate) struct LayerInputs<'a> {
     pub(crate) tables: Option<&'a DeviceTables>,
     pub(crate) method: Option<&'a SlabLight>,
     pub(crate) light: Option<&'a LayerLight>,
+    /// Of its field, for flat rays.
+    pub(crate) levels: Option<&'a Levels>,
 }
 
 /// What a texture is made from.

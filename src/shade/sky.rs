@@ -6,6 +6,7 @@ use super::inputs::{DrawnOn, Inputs, LayerInputs, cloud_binds, early, held};
 use super::tiles::{self, TILE};
 use crate::air_map::AirMap;
 use crate::disc::Disc;
+use crate::field::Levels;
 use crate::gpu::layout::{Backdrop, SkyView, View};
 use crate::gpu::shaders::Shader;
 use crate::gpu::{Bind, Gpu, GpuError, HostMap, Pass, Target, binds, shaders};
@@ -17,7 +18,7 @@ use std::time::Instant;
 /// A layer that is seen.
 pub(crate) struct SkyLayer<'a> {
     pub(crate) inputs: LayerInputs<'a>,
-    pub(crate) levels: Arc<Target>,
+    pub(crate) levels: Arc<Levels>,
     pub(crate) base_m: f64,
     pub(crate) top_m: f64,
     /// Air between the eye and the layer, for rays that sink to it and that rise to it; `None` where air hides what such rays
@@ -248,7 +249,7 @@ fn cloud_pass(
     drawn_on: &DrawnOn<'_>,
 ) -> Option<Option<Pass>> {
     let (tables, method) = (layer.inputs.tables?, layer.inputs.method?);
-    let shape = binds![&*layer.levels, &gpu.trilinear];
+    let shape = binds![&layer.levels.map, &gpu.trilinear];
     let mut shared = cloud_binds(gpu, &layer.inputs, view, shape, !rising, drawn_on)?;
     Some(over(gpu, method.sky_shader(layer.inputs.field), tiles, |tiles| {
         shared.extend(binds![tiles, air]);
