@@ -9,7 +9,9 @@
 mod clock;
 mod columns;
 pub(crate) mod eddies;
+mod gamma;
 mod image_metres;
+mod lattices;
 mod levels;
 mod map;
 mod motion;
@@ -34,7 +36,7 @@ pub(crate) use statistics::mean_m;
 pub use statistics::{Column, Profile, profile};
 use std::time::Instant;
 use synthetic::Synthetic;
-pub use synthetic::SyntheticStages;
+pub use synthetic::{Law, Noise, SyntheticStages};
 pub use transfer::{Distribution, Transfer, calibrate, remap};
 
 /// What a layer's field is made from, for all times. Holds what was computed last, so that the next time is near.
@@ -142,7 +144,7 @@ struct Made {
     blend: Blend,
     histogram: Histogram,
     bins: wgpu::Buffer,
-    synthetic: Option<synthetic::Moment>,
+    synthetic: Option<(synthetic::Moment, Law)>,
 }
 
 impl Source {
@@ -156,11 +158,12 @@ impl Source {
         deadline: Option<Instant>,
     ) -> Result<Self, GpuError> {
         let (shape, wind) = (&layer.shape, &layer.wind);
+        let hangs = shape.hangs_from_m().is_some();
         let kind = match (given, &shape.thickness) {
             (Given::Columns(columns), _) => Kind::Columns(Box::new(columns)),
             (_, Some(Thickness::Uniform(metres))) => Kind::Uniform(metres.get() as f32),
             (_, Some(Thickness::Stratocumulus(wanted))) => {
-                Kind::Synthetic(Box::new(Synthetic::new(gpu, wanted, resolution, extent_m, deadline)?))
+                Kind::Synthetic(Box::new(Synthetic::new(gpu, wanted, hangs, resolution, extent_m, deadline)?))
             }
             (Given::Thickness(image), Some(Thickness::Map { scale_m, fill, .. })) => {
                 Kind::Image(Box::new(Picture::new(gpu, image, scale_m.get(), *fill)))
@@ -230,10 +233,10 @@ impl Source {
                 let way = self.motion.as_ref().map_or(0.0, |motion| motion.way(time_s));
                 let mut moment = synthetic.moment(weights, spread, way);
                 moment.blend.offset_uv = offset_uv;
-                let field = synthetic.make(gpu, &moment, displacement, &bins, self.motion.is_some(), deadline)?;
+                let (field, law) =
+                    synthetic.make(gpu, &moment, displacement, &bins, self.motion.is_some(), deadline)?;
                 let (blend, histogram) = (moment.blend, moment.histogram);
-                let moment = synthetic::Moment { transfer: field.1, ..moment };
-                Ok(Made { field: field.0, displaced, blend, histogram, bins, synthetic: Some(moment) })
+                Ok(Made { field, displaced, blend, histogram, bins, synthetic: Some((moment, law)) })
             }
             Kind::Image(picture) => {
                 let blend = Blend { offset_uv, ..picture.blend(weights) };
@@ -288,9 +291,9 @@ impl Source {
             None => HostMap { width: 1, height: 1, channels: 4, data: vec![0.0; 4] },
         };
         let texels = (made.blend.width * made.blend.height) as usize;
-        let (synthetic, image, gaussian) = match (&self.kind, &made.synthetic) {
-            (Kind::Synthetic(source), Some(moment)) => {
-                (Some(source.inspect(gpu, moment, deadline)?), None, Some(&source.gaussian))
+        let (synthetic, image, gaussian) = match (&self.kind, made.synthetic) {
+            (Kind::Synthetic(source), Some((moment, law))) => {
+                (Some(source.inspect(gpu, &moment, law, deadline)?), None, Some(&source.gaussian))
             }
             (Kind::Image(picture), _) => (None, Some(read(&picture.image)?), Some(&picture.gaussian)),
             _ => (None, None, None),

@@ -34,15 +34,22 @@ const LEAST_FIELD_TEXELS: u32 = 128;
 /// waves it is another point's value, by up to a few percent.
 const COARSE_FIELD: f64 = 0.1;
 
-/// Texels a side of the scene's synthetic fields for a request: those of the scene, but where the tolerance allows it no finer
-/// than the texture can show.
+/// Texels a side of a synthetic field, at most, that a texture has made finer than the scene: memory and time grow with their
+/// number, not with that of the texture alone.
+const FINEST_FIELD: u32 = 2048;
+
+/// Texels a side of the scene's synthetic fields for a request: those of the scene, or of a larger texture of the ground where
+/// columns thin out; but where the tolerance allows it no finer than the texture can show.
 pub fn field_resolution(scene: &Scene, request: &Request) -> u32 {
+    let thins_out = scene.layers.iter().any(|layer| layer.shape.thins_out());
+    let asked = request.size.filter(|_| thins_out && request.wanted.projection().is_none());
+    let finest = scene.resolution().max(asked.unwrap_or(0).min(FINEST_FIELD));
     // The thickness itself is exact.
     if request.wanted.tolerance().is_none_or(|tolerance| tolerance < COARSE_FIELD) {
-        return scene.resolution();
+        return finest;
     }
     let shown = request.size.map_or(Scene::MAX_SIDE, |size| FIELD_TEXELS_PER_TEXEL * size);
-    scene.resolution().min(shown.max(LEAST_FIELD_TEXELS))
+    finest.min(shown.max(LEAST_FIELD_TEXELS))
 }
 
 /// A method of slab light in words.

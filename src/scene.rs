@@ -33,8 +33,8 @@ pub use image_reference::{ImagePurpose, ImageReference};
 pub use images::ImageFindings;
 pub use json::strict_json;
 pub use model::{
-    Domain, Droplets, FieldError, Ground, GroundAlbedo, ImageName, Layer, Pattern, Resolve, Scene, SceneError,
-    Stratocumulus, Sun, SunStand, Thickness, Wind,
+    DepthLaw, Domain, Droplets, FieldError, Ground, GroundAlbedo, ImageName, Layer, Pattern, Resolve, Scene,
+    SceneError, Stratocumulus, Sun, SunStand, Thickness, Wind,
 };
 pub(crate) use model::{direction, list};
 pub use schema::schema;

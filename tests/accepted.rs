@@ -120,7 +120,12 @@ fn thickness() -> impl Strategy<Value = Value> {
         json!({ "kind": "stratocumulus", "pattern": pattern, "mean_m": mean_m, "coverage": coverage, "cell_m": cell_m,
             "seed": seed })
     });
-    prop_oneof![1 => uniform, 3 => field]
+    let columns = (field.clone(), number(0.2, 1.5)).prop_map(|(mut field, spread)| {
+        field["law"] = json!("gamma");
+        field["spread"] = json!(spread);
+        field
+    });
+    prop_oneof![2 => uniform, 4 => field, 2 => columns]
 }
 
 fn layers() -> impl Strategy<Value = Value> {

@@ -345,6 +345,7 @@ fn shapes_are_their_own_normal_form() {
     let uniform = json!({"kind": "uniform", "metres": 200});
     for fields in [
         json!({"flat": "top", "top_m": 900, "thickness": {"kind": "stratocumulus", "mean_m": 200}}),
+        json!({"base_m": 700, "thickness": {"kind": "stratocumulus", "law": "gamma", "spread": 0.7}}),
         json!({"flat": "top", "top_m": 900, "base": heights}),
         json!({"base": heights, "top": heights}),
         json!({"base": heights, "thickness": uniform, "optical_depth": depth}),
@@ -370,6 +371,20 @@ fn shapes_are_their_own_normal_form() {
     assert_eq!(id(said), id(unsaid));
 }
 
+/// Scenes without a law keep the name that they had before there was one; the other law is spelled out.
+#[test]
+fn a_law_is_told_where_it_is_not_the_first() {
+    let normal = |fields: Value| {
+        let layer = shaped(json!({ "thickness": fields })).to_string();
+        Scene::from_json(layer.as_bytes()).unwrap().to_json()["layers"][0]["thickness"].clone()
+    };
+    let said = normal(json!({"kind": "stratocumulus", "law": "lognormal"}));
+    assert_eq!(said, normal(json!({"kind": "stratocumulus"})));
+    assert!(said.get("law").is_none() && said.get("spread").is_none());
+    let gamma = normal(json!({"kind": "stratocumulus", "law": "gamma"}));
+    assert_eq!((&gamma["law"], &gamma["spread"]), (&json!("gamma"), &json!(0.9)));
+}
+
 #[test]
 fn shapes_that_say_too_much_or_too_little_are_told() {
     let (heights, depth) = (json!({"image": NAME, "scale_m": 2}), json!({"image": NAME}));
@@ -383,6 +398,9 @@ fn shapes_that_say_too_much_or_too_little_are_told() {
         (json!({"flat": "top", "top_m": 900, "base_m": 600, "thickness": uniform}), "base_m", "leave it out"),
         (json!({"flat": "top", "top_m": 150, "thickness": uniform}), "thickness/metres", "at most that"),
         (json!({"flat": "top", "top_m": 600, "thickness": sheet}), "thickness/mean_m", "2.5"),
+        (json!({"thickness": {"kind": "stratocumulus", "spread": 0.5}}), "thickness/spread", "\"law\": \"gamma\""),
+        (json!({"thickness": {"kind": "stratocumulus", "law": "normal"}}), "thickness/law", "lognormal, gamma"),
+        (json!({"thickness": {"kind": "stratocumulus", "law": "gamma", "spread": 2}}), "thickness/spread", "1.5"),
         (json!({"base": heights, "top": heights, "thickness": uniform}), "thickness", "leave it out"),
         (json!({"base": heights, "base_m": 100, "thickness": uniform}), "base_m", "beside `base`"),
         (json!({"base_m": 100, "thickness": sheet, "optical_depth": depth}), "thickness/kind", "uniform, image"),

@@ -21,7 +21,8 @@ use compare::Tolerance;
 use glam::DVec2;
 use serde_json::json;
 use sky::{Sky, pattern, water, waves};
-use skyloom::gpu::layout::Frame;
+use skyloom::field::{Law, Noise};
+use skyloom::gpu::layout::{Columns, Frame, Turned};
 use skyloom::method::{Method, Transport};
 use skyloom::reference::cloud::Shaded;
 use skyloom::reference::{self, Map};
@@ -83,7 +84,14 @@ fn check_field(stages: &Stages) {
     let blended = match (&field.synthetic, &field.image) {
         (Some(synthetic), _) => {
             for (octaves, noise) in &synthetic.octaves {
-                check_map("field_octaves", noise, &reference::field_octaves::main(octaves), NOISE);
+                match octaves {
+                    Noise::Plain(octaves) => {
+                        check_map("field_octaves", noise, &reference::field_octaves::main(octaves), NOISE);
+                    }
+                    Noise::Turned(octaves) => {
+                        check_map("field_turned", noise, &reference::field_turned::main(octaves), turned(octaves));
+                    }
+                }
             }
             let (cells, cells_map) = &synthetic.cells;
             if let Some(cells) = cells {
@@ -122,9 +130,12 @@ fn check_field(stages: &Stages) {
 
     check_bounds(stages);
     let Some(synthetic) = &field.synthetic else { return };
+    let transfer = match &synthetic.law {
+        Law::Thickness(transfer) => transfer,
+        Law::Columns(law, edges) => return check_columns(stages, law, edges),
+    };
     // Thickness is a root: near the edge of a cloud, a rounding of the water path is a large part of it. Its square is
     // the water path itself.
-    let transfer = &synthetic.transfer;
     let thickness = reference::field_thickness::main(transfer, &field.field);
     assert_size("field_thickness", &stages.thickness, &thickness);
     let square: Vec<f64> = thickness.texels.iter().map(|texel| texel[0] * texel[0]).collect();
@@ -140,8 +151,37 @@ fn check_field(stages: &Stages) {
     check_each("field_thickness, squared", &device, &square, &allowed);
 }
 
+/// A place on a turned lattice is a difference of two products, each rounded, of up to as many steps as the lattice has; a noise
+/// changes by up to twice its way in a step, and there are two.
+fn turned(octaves: &Turned) -> Tolerance {
+    let steps = octaves.turns.as_flattened().iter().map(|step| f64::from(step.abs())).fold(0.0, f64::max);
+    Tolerance::new(2e-6 + 8.0 * ROUND * steps, 0.0)
+}
+
+/// Columns of a synthetic field: a path between two edges of a bin, whose place is known to its rounding; the power and exp of the
+/// driver, relative, make heights.
+fn check_columns(stages: &Stages, law: &Columns, edges: &[f32]) {
+    let field = stages.field.as_ref().unwrap();
+    let twin = reference::field_columns::main(law, stages.thickness.width as usize, &field.field, edges);
+    assert_size("field_columns", &stages.thickness, &twin);
+    let steepest = edges.windows(2).map(|pair| f64::from(pair[1] - pair[0])).fold(0.0, f64::max);
+    // Bins are numbered up to 2048.
+    let path_m = steepest * 4.0 * ROUND * 2048.0;
+    // The steepest of thickness is at a gap, where it is the root of a path that is known as well as that.
+    let height_m = f64::from(law.scale_m) * path_m.powf(0.6) + 2e-5 * f64::from(law.clip_m);
+    for (device, twin) in stages.thickness.data.chunks_exact(4).zip(&twin.texels) {
+        for (channel, allowed) in [path_m, height_m, height_m].into_iter().enumerate() {
+            let off = (f64::from(device[channel]) - twin[channel]).abs();
+            assert!(off <= allowed, "field_columns: {device:?}, not {twin:?}; allowed {allowed}");
+        }
+    }
+}
+
 fn check_bounds(stages: &Stages) {
-    let twin = reference::field_bounds::main(&map(&stages.thickness));
+    let ragged = stages.thickness.channels == 4;
+    let thickness = map(&stages.thickness);
+    let twin =
+        if ragged { reference::field_bounds::columns(&thickness) } else { reference::field_bounds::main(&thickness) };
     // Least and greatest values are not rounded.
     check_map("field_bounds", &stages.bounds, &twin, Tolerance::new(0.0, 0.0));
 }
@@ -417,6 +457,22 @@ fn fields_of_every_pattern() {
         for coverage in [1.0, 0.6] {
             eprintln!("{name}, coverage {coverage}");
             let sky = Sky { thickness: pattern(name, coverage), ..Sky::at(50.0) };
+            check_field(&sky.stages("thickness", &[]));
+        }
+    }
+}
+
+/// Turned noise, and columns that stand or hang.
+#[test]
+fn fields_of_columns() {
+    for (name, coverage, spread) in
+        [("closed", 1.0, 0.3), ("open", 0.6, 0.9), ("fractal", 0.4, 1.5), ("open", 0.0, 1.0)]
+    {
+        let mut thickness = pattern(name, coverage);
+        thickness["law"] = json!("gamma");
+        thickness["spread"] = json!(spread);
+        for top_m in [None, Some(2400.0)] {
+            let sky = Sky { thickness: thickness.clone(), top_m, ..Sky::at(50.0) };
             check_field(&sky.stages("thickness", &[]));
         }
     }

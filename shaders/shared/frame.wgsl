@@ -257,6 +257,27 @@ struct Histogram {
     spare: u32,
 }
 
+// Octaves of noise on turned lattices.
+struct Turned {
+    seed: u32,
+    first: u32,               // of four octaves
+    count: u32,               // octaves in all
+    width: u32,               // texels a side
+    turns: array<vec4<i32>, 4>, // of each: steps along and across a row of two lattices, no common divisor
+}
+
+// From the optical depths of a field to columns.
+struct Columns {
+    low: f32,                 // value at which the first bin begins
+    per_unit: f32,            // bins
+    scale_m: f32,             // thickness at a path of 1 m, without the clip
+    clip_m: f32,              // thickness that is never reached
+    lift_m: f32,              // height of the thinnest columns' bases above the base plane; none where they hang
+    over_m: f32,              // thickness over which bases come down by a factor of e
+    hang_m: f32,              // height of the flat top that columns hang from; 0 where they stand
+    spare: u32,
+}
+
 // From a Gaussian field to thickness.
 struct Transfer {
     spread: f32,              // of the logarithm of water path

@@ -42,6 +42,29 @@ fn noise_gradient(place: vec2<f32>, period: i32, seed: u32) -> f32 {
     return mix(mix(a, b, fade.x), mix(c, d, fade.x), fade.y);
 }
 
+// Gradient noise on a turned lattice: (a, b) of its steps along a row of the tile, (-b, a) along a column. Points of the lattice
+// that the tile's sides lead to are the same: those with the same b x - a y modulo a^2 + b^2, where a and b have no common divisor.
+fn noise_turned(uv: vec2<f32>, turn: vec2<i32>, seed: u32) -> f32 {
+    let along = vec2<f32>(turn);
+    let place = vec2<f32>(along.x * uv.x - along.y * uv.y, along.y * uv.x + along.x * uv.y);
+    let cell = vec2<i32>(floor(place));
+    let t = place - floor(place);
+    let fade = t * t * t * (t * (t * 6.0 - 15.0) + 10.0);
+    let points = turn.x * turn.x + turn.y * turn.y;
+    let salt = noise_hash(seed, 0x9e3779b9u);
+    var slopes = vec4<f32>(0.0);
+    for (var i = 0; i < 4; i++) {
+        let corner = vec2<i32>(i & 1, i >> 1u);
+        let step = cell + corner;
+        let point = ((turn.y * step.x - turn.x * step.y) % points + points) % points;
+        let bits = noise_hash(u32(point) ^ salt.x, salt.y);
+        let angle = 2.0 * PI * (f32(bits.x >> 8u) / 16777216.0);
+        let from_corner = t - vec2<f32>(corner);
+        slopes[i] = cos(angle) * from_corner.x + sin(angle) * from_corner.y;
+    }
+    return mix(mix(slopes.x, slopes.y, fade.x), mix(slopes.z, slopes.w, fade.x), fade.y);
+}
+
 // Feature point of a cell, inside it. It goes round in a circle, one to three times in either sense while the slowest
 // goes once.
 fn noise_point(cell: vec2<i32>, period: i32, seed: u32, turns: f32) -> vec2<f32> {

@@ -48,11 +48,30 @@ impl Field {
 
     /// The same over a base at some height.
     pub(super) fn on(self, base_m: f64) -> Self {
-        Self { base_m, mean_base_m: base_m, ..self }
+        Self { base_m, mean_base_m: base_m + self.mean_base_m, ..self }
     }
 
-    /// The thickness hung down from a flat top; `mean_m` is that of its cloudy part.
+    /// Columns that a pass makes, whose mean base lies `lift_m` above the base plane; on the ground.
+    pub(super) fn made_columns(
+        gpu: &Gpu,
+        columns: Target,
+        pass: Pass,
+        depth_m: f32,
+        lift_m: f64,
+        deadline: Option<Instant>,
+    ) -> Result<Self, GpuError> {
+        let bounds = bounds(gpu, &columns);
+        gpu.run("field_columns", deadline, &[pass, find_column_bounds(&columns, &bounds)])?;
+        let (base_m, density, top_m) = (0.0, 1.0, depth_m);
+        Ok(Self { thickness: columns, bounds, ragged: true, base_m, mean_base_m: lift_m, density, depth_m, top_m })
+    }
+
+    /// The thickness hung down from a flat top, or columns that hang from it already; `mean_m` is that of the cloudy part.
     pub(super) fn hung(self, gpu: &Gpu, top_m: f64, mean_m: f64, deadline: Option<Instant>) -> Result<Self, GpuError> {
+        let (base_m, mean_base_m) = (top_m - f64::from(self.depth_m), top_m - mean_m);
+        if self.ragged {
+            return Ok(Self { base_m, mean_base_m, ..self });
+        }
         let columns = gpu.texture("columns", [self.thickness.width, self.thickness.height], 4, 1);
         let top = gpu.texture_from("top", [1, 1], 1, &[self.depth_m]);
         let binds = binds![&self.thickness, &top, &columns.levels[0]];
@@ -63,8 +82,8 @@ impl Field {
             thickness: columns,
             bounds,
             ragged: true,
-            base_m: top_m - f64::from(self.depth_m),
-            mean_base_m: top_m - mean_m,
+            base_m,
+            mean_base_m,
             density: 1.0,
             depth_m: self.depth_m,
             top_m: self.depth_m,

@@ -1,12 +1,13 @@
 //! How thick a layer is, as a distribution: without its map, and the same at all times.
 
 use super::columns::ColumnMap;
+use super::gamma::GammaLaw;
 use super::image_metres::metres;
 use super::synthetic;
 use super::transfer::{Distribution, calibrate};
 use crate::image::{Image, MissingImage};
 use crate::scene::quantity::Quantity as _;
-use crate::scene::{Shape, Thickness};
+use crate::scene::{DepthLaw, Shape, Thickness};
 use std::collections::HashMap;
 use std::sync::Arc;
 
@@ -54,10 +55,21 @@ pub fn profile(
         None => Vec::new(),
     };
     let base_m = match (shape.flat_base_m(), shape.hangs_from_m()) {
-        (Some(base_m), _) => base_m,
+        (Some(base_m), _) => base_m + lift_m(shape),
         (None, top_m) => top_m.unwrap_or(0.0) - mean_m(&columns),
     };
     Ok(Profile { base_m, own_thickness_m: None, columns })
+}
+
+/// Mean height of the cloudy columns' bases above the lowest one, m, where cloud stands.
+fn lift_m(shape: &Shape) -> f64 {
+    match &shape.thickness {
+        Some(Thickness::Stratocumulus(wanted)) => match wanted.law {
+            DepthLaw::Lognormal => 0.0,
+            DepthLaw::Gamma(spread) => GammaLaw::new(wanted, spread.get()).mean_lift_m(),
+        },
+        _ => 0.0,
+    }
 }
 
 /// Mean thickness of the cloudy columns, m.
@@ -72,12 +84,18 @@ pub(crate) fn mean_m(columns: &[Column]) -> f64 {
 fn columns(thickness: &Thickness, images: &HashMap<String, Arc<Image>>) -> Result<Vec<Column>, MissingImage> {
     Ok(match thickness {
         Thickness::Uniform(metres) => vec![Column { part: 1.0, thickness_m: metres.get() }],
-        Thickness::Stratocumulus(wanted) => {
-            let spread = synthetic::spread(wanted.pattern);
-            let gaussian = Distribution::gaussian(synthetic::RANGE);
-            let transfer = calibrate(&gaussian, wanted.coverage.get(), wanted.mean_m.get(), spread);
-            grouped(&gaussian, |g| transfer.thickness((spread * g).exp()))
-        }
+        Thickness::Stratocumulus(wanted) => match wanted.law {
+            DepthLaw::Lognormal => {
+                let spread = synthetic::spread(wanted.pattern);
+                let gaussian = Distribution::gaussian(synthetic::RANGE);
+                let transfer = calibrate(&gaussian, wanted.coverage.get(), wanted.mean_m.get(), spread);
+                grouped(&gaussian, |g| transfer.thickness((spread * g).exp()))
+            }
+            DepthLaw::Gamma(spread) => {
+                let law = GammaLaw::new(wanted, spread.get());
+                grouped(&Distribution::ranks(), |rank| law.path(rank))
+            }
+        },
         Thickness::Map { image: name, scale_m, fill } => {
             let image = images.get(&name.0).ok_or_else(|| MissingImage(name.0.clone()))?;
             of_metres(&metres(image, scale_m.get(), *fill))

@@ -1,11 +1,13 @@
 //! Synthetic fields: octaves of noise with a -5/3 spectrum, and convective cells.
 
+use super::gamma::GammaLaw;
+use super::lattices::turns;
 use super::map::{Field, bounds, count, find_bounds, read_bins};
 use super::transfer::{self, Distribution, calibrate};
-use crate::gpu::layout::{Blend, Cells, Histogram, Octaves, Transfer};
+use crate::gpu::layout::{Blend, Cells, Columns, Histogram, Octaves, Transfer, Turned};
 use crate::gpu::{Gpu, GpuError, HostMap, Pass, Target, binds, shaders};
 use crate::scene::quantity::Quantity as _;
-use crate::scene::{Pattern, Stratocumulus};
+use crate::scene::{DepthLaw, Pattern, Stratocumulus};
 use std::f64::consts::TAU;
 use std::time::Instant;
 
@@ -40,12 +42,16 @@ const CELL_WAVES: f64 = 0.7;
 /// What a synthetic field is made from at all times.
 pub(super) struct Synthetic {
     wanted: Stratocumulus,
+    /// Of columns; else there is a thickness with one extinction.
+    gamma: Option<GammaLaw>,
+    /// Whether cloud hangs from a flat top.
+    hangs: bool,
     extent_m: f64,
     resolution: u32,
     octaves: u32,
     groups: [Target; GROUPS],
     /// Uniforms of the groups that hold anything.
-    filled: Vec<Octaves>,
+    filled: Vec<Noise>,
     cells: Target,
     pub(super) gaussian: wgpu::Buffer,
 }
@@ -55,7 +61,6 @@ pub(super) struct Synthetic {
 pub(super) struct Moment {
     pub(super) blend: Blend,
     pub(super) histogram: Histogram,
-    pub(super) transfer: Transfer,
     /// None where the pattern has no cells.
     pub(super) cells: Option<Cells>,
 }
@@ -64,11 +69,57 @@ pub(super) struct Moment {
 #[derive(Debug, Clone)]
 pub struct SyntheticStages {
     /// Octaves of noise, four a map.
-    pub octaves: Vec<(Octaves, HostMap)>,
+    pub octaves: Vec<(Noise, HostMap)>,
     /// Cells, where the pattern has them, and their map.
     pub cells: (Option<Cells>, HostMap),
-    /// From the field's values to thickness.
-    pub transfer: Transfer,
+    /// What makes cloud of the field's values.
+    pub law: Law,
+}
+
+/// How four octaves of noise were made.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Noise {
+    /// On the lattices of the tile's axes.
+    Plain(Octaves),
+    /// On turned ones.
+    Turned(Turned),
+}
+
+/// From a field's values to cloud.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Law {
+    /// To thickness.
+    Thickness(Transfer),
+    /// To columns, by paths at the edges of bins, m.
+    Columns(Columns, Vec<f32>),
+}
+
+impl Noise {
+    fn of(law: DepthLaw, octaves: Octaves) -> Self {
+        let Octaves { seed, first, count, width } = octaves;
+        match law {
+            DepthLaw::Lognormal => Self::Plain(octaves),
+            DepthLaw::Gamma(_) => {
+                let turns = [0, 1, 2, 3].map(|i| turns(LOWEST_PERIOD, first + i));
+                Self::Turned(Turned { seed, first, count, width, turns })
+            }
+        }
+    }
+
+    fn width(&self) -> u32 {
+        match self {
+            Self::Plain(octaves) => octaves.width,
+            Self::Turned(octaves) => octaves.width,
+        }
+    }
+
+    fn pass(&self, gpu: &Gpu, target: &Target) -> Pass {
+        let (uniform, shader) = match self {
+            Self::Plain(octaves) => (gpu.uniform("octaves", octaves), &shaders::FIELD_OCTAVES),
+            Self::Turned(octaves) => (gpu.uniform("octaves", octaves), &shaders::FIELD_TURNED),
+        };
+        Pass::new(shader, [self.width(); 2], binds![&uniform, &target.levels[0]])
+    }
 }
 
 /// Spread of the logarithm of water path: closed cells are even, open ones patchy.
@@ -89,32 +140,35 @@ impl Synthetic {
     pub(super) fn new(
         gpu: &Gpu,
         wanted: &Stratocumulus,
+        hangs: bool,
         resolution: u32,
         extent_m: f64,
         deadline: Option<Instant>,
     ) -> Result<Self, GpuError> {
         let octaves = octaves(resolution);
-        let filled: Vec<Octaves> = (0..octaves)
+        let filled: Vec<Noise> = (0..octaves)
             .step_by(GROUP as usize)
             .map(|first| {
                 let finest = LOWEST_PERIOD << ((first + GROUP).min(octaves) - 1);
                 let finer = if resolution <= FINE { 2 * resolution } else { resolution };
                 let width = (TEXELS_PER_CYCLE * finest).min(finer).max(1);
-                Octaves { seed: wanted.seed, first, count: octaves, width }
+                Noise::of(wanted.law, Octaves { seed: wanted.seed, first, count: octaves, width })
             })
             .collect();
         let group = |i: usize| {
-            let width = filled.get(i).map_or(1, |group| group.width);
+            let width = filled.get(i).map_or(1, Noise::width);
             gpu.texture("octaves", [width; 2], 4, 1)
         };
         let groups = [group(0), group(1), group(2)];
-        let pass = |(group, target): (&Octaves, &Target)| {
-            let binds = binds![&gpu.uniform("octaves", group), &target.levels[0]];
-            Pass::new(&shaders::FIELD_OCTAVES, [group.width; 2], binds)
-        };
-        gpu.run("field_octaves", deadline, &filled.iter().zip(&groups).map(pass).collect::<Vec<_>>())?;
+        let passes: Vec<Pass> = filled.iter().zip(&groups).map(|(noise, target)| noise.pass(gpu, target)).collect();
+        gpu.run("field_octaves", deadline, &passes)?;
         let mut synthetic = Self {
             wanted: *wanted,
+            gamma: match wanted.law {
+                DepthLaw::Lognormal => None,
+                DepthLaw::Gamma(spread) => Some(GammaLaw::new(wanted, spread.get())),
+            },
+            hangs,
             extent_m,
             resolution,
             octaves,
@@ -195,7 +249,7 @@ impl Synthetic {
             count: self.resolution * self.resolution,
             spare: 0,
         };
-        Moment { blend, histogram, transfer: Transfer::default(), cells }
+        Moment { blend, histogram, cells }
     }
 
     /// Makes the field of a moment. `moves`: other times have other fields.
@@ -207,7 +261,7 @@ impl Synthetic {
         bins: &wgpu::Buffer,
         moves: bool,
         deadline: Option<Instant>,
-    ) -> Result<(Field, Transfer), GpuError> {
+    ) -> Result<(Field, Law), GpuError> {
         let size = [self.resolution; 2];
         let mut passes = Vec::new();
         if let Some(cells) = &moment.cells {
@@ -223,8 +277,22 @@ impl Synthetic {
         // Coverage and mean are met on the very field that was made, not on a model of it.
         let counts = read_bins(gpu, bins, deadline)?;
         let distribution = Distribution { low: RANGE[0], width: (RANGE[1] - RANGE[0]) / transfer::BINS as f64, counts };
+        match &self.gamma {
+            Some(gamma) => self.columns(gpu, gamma, &distribution, deadline),
+            None => self.thickness(gpu, &distribution, moves, deadline),
+        }
+    }
+
+    fn thickness(
+        &self,
+        gpu: &Gpu,
+        distribution: &Distribution,
+        moves: bool,
+        deadline: Option<Instant>,
+    ) -> Result<(Field, Law), GpuError> {
+        let size = [self.resolution; 2];
         let spread = spread(self.wanted.pattern);
-        let found = calibrate(&distribution, self.wanted.coverage.get(), self.wanted.mean_m.get(), spread);
+        let found = calibrate(distribution, self.wanted.coverage.get(), self.wanted.mean_m.get(), spread);
         let transfer = Transfer {
             spread: spread as f32,
             threshold: found.threshold as f32,
@@ -242,13 +310,32 @@ impl Synthetic {
         // Rounding on the device can lift the thickest texel by a few units in the last place.
         let depth_m = (found.greatest_m * (1.0 + 1e-5)) as f32;
         let top_m = if moves && depth_m > 0.0 { transfer.clip_m } else { depth_m };
-        Ok((Field::sheet(thickness, bounds, depth_m, top_m), transfer))
+        Ok((Field::sheet(thickness, bounds, depth_m, top_m), Law::Thickness(transfer)))
+    }
+
+    fn columns(
+        &self,
+        gpu: &Gpu,
+        gamma: &GammaLaw,
+        distribution: &Distribution,
+        deadline: Option<Instant>,
+    ) -> Result<(Field, Law), GpuError> {
+        let edges = gamma.edges(distribution);
+        let law = gamma.columns(RANGE[0], transfer::BINS as f64 / (RANGE[1] - RANGE[0]), self.hangs);
+        let columns = gpu.texture("columns", [self.resolution; 2], 4, 1);
+        let (uniform, on_device) = (gpu.uniform("columns", &law), gpu.storage_from("edges", &edges));
+        let binds = binds![&uniform, &self.gaussian, &on_device, &columns.levels[0]];
+        let pass = Pass::new(&shaders::FIELD_COLUMNS, [self.resolution; 2], binds);
+        let lift_m = if self.hangs { 0.0 } else { gamma.mean_lift_m() };
+        let field = Field::made_columns(gpu, columns, pass, gamma.depth_m(self.hangs), lift_m, deadline)?;
+        Ok((field, Law::Columns(law, edges)))
     }
 
     pub(super) fn inspect(
         &self,
         gpu: &Gpu,
         moment: &Moment,
+        law: Law,
         deadline: Option<Instant>,
     ) -> Result<SyntheticStages, GpuError> {
         let read = |target: &Target| gpu.read_map(target, 0, deadline);
@@ -256,7 +343,7 @@ impl Synthetic {
         Ok(SyntheticStages {
             octaves: octaves.collect::<Result<_, GpuError>>()?,
             cells: (moment.cells, read(&self.cells)?),
-            transfer: moment.transfer,
+            law,
         })
     }
 }

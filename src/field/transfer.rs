@@ -36,6 +36,11 @@ impl Distribution {
         Self { low, width, counts: (0..BINS).map(count).collect() }
     }
 
+    /// As many values in each of the bins from 0 to 1: ranks.
+    pub(super) fn ranks() -> Self {
+        Self { low: 0.0, width: 1.0 / BINS as f64, counts: vec![1; BINS] }
+    }
+
     /// Parts of all values, and the value in the middle of each bin.
     pub(super) fn parts(&self) -> impl Iterator<Item = (f64, f64)> {
         let total = self.total().max(1.0);

@@ -2,9 +2,11 @@
 //! (`tests/layout.rs`) compares the two. Meanings are told there.
 
 mod cumulus;
+mod field;
 
 use bytemuck::{Pod, Zeroable};
 pub use cumulus::{Cumulus, CumulusSurface};
+pub use field::{Blend, Cells, Columns, Eddies, Histogram, Octaves, Step, Transfer, Turned};
 
 /// Grazing rays are computed at this cosine at least: 0.006 degrees above the horizon.
 pub const MIN_COSINE: f32 = 1e-4;
@@ -299,128 +301,4 @@ pub struct Remainder {
     pub extrapolation: [f32; 3],
     /// Nodes of optical depth per octave.
     pub depths_per_octave: f32,
-}
-
-/// Octaves of a synthetic field that share a texture.
-#[repr(C)]
-#[derive(Debug, Clone, Copy, PartialEq, Default, Pod, Zeroable)]
-pub struct Octaves {
-    /// Picks one field of many.
-    pub seed: u32,
-    /// The first of the four.
-    pub first: u32,
-    /// Of the field.
-    pub count: u32,
-    /// Texels a side.
-    pub width: u32,
-}
-
-/// Convective cells of a synthetic field at one moment.
-#[repr(C)]
-#[derive(Debug, Clone, Copy, PartialEq, Default, Pod, Zeroable)]
-pub struct Cells {
-    /// Picks one field of many.
-    pub seed: u32,
-    /// 0 closed, 1 open.
-    pub kind: u32,
-    /// Cells a side of the coarser lattice.
-    pub count: u32,
-    /// Texels a side.
-    pub width: u32,
-    /// Weight of that lattice.
-    pub coarser: f32,
-    /// Weight of the lattice with one cell more.
-    pub finer: f32,
-    /// Of the slowest of the cells' points.
-    pub turns: f32,
-    /// Unused.
-    pub spare: u32,
-}
-
-/// Phases of the eddies' four bands at one moment.
-#[repr(C)]
-#[derive(Debug, Clone, Copy, PartialEq, Default, Pod, Zeroable)]
-pub struct Eddies {
-    /// Of the bands.
-    pub cosines: [f32; 4],
-    /// Of the bands.
-    pub sines: [f32; 4],
-}
-
-/// A step of the displacement.
-#[repr(C)]
-#[derive(Debug, Clone, Copy, PartialEq, Default, Pod, Zeroable)]
-pub struct Step {
-    /// 0 where a layer is born.
-    pub keep: [f32; 4],
-    /// Way at the root mean square of speed, domains.
-    pub length_uv: f32,
-    /// Unused.
-    pub spare_0: u32,
-    /// Unused.
-    pub spare_1: u32,
-    /// Unused.
-    pub spare_2: u32,
-}
-
-/// How a field is put together at one moment.
-#[repr(C)]
-#[derive(Debug, Clone, Copy, PartialEq, Default, Pod, Zeroable)]
-pub struct Blend {
-    /// Amplitudes of octaves 0 to 3.
-    pub low: [f32; 4],
-    /// 4 to 7.
-    pub middle: [f32; 4],
-    /// 8 to 11.
-    pub high: [f32; 4],
-    /// Amplitude of the cells.
-    pub cells: f32,
-    /// Weight of the first layer of displacement.
-    pub first: f32,
-    /// Weight of the second.
-    pub second: f32,
-    /// Texels in a row.
-    pub width: u32,
-    /// Rows.
-    pub height: u32,
-    /// Unused.
-    pub spare: u32,
-    /// Where the mean wind has carried the field.
-    pub offset_uv: [f32; 2],
-}
-
-/// Equal bins of a field's values.
-#[repr(C)]
-#[derive(Debug, Clone, Copy, PartialEq, Default, Pod, Zeroable)]
-pub struct Histogram {
-    /// Where the first begins.
-    pub low: f32,
-    /// Bins per unit.
-    pub per_unit: f32,
-    /// Values.
-    pub count: u32,
-    /// Unused.
-    pub spare: u32,
-}
-
-/// From a Gaussian field to thickness.
-#[repr(C)]
-#[derive(Debug, Clone, Copy, PartialEq, Default, Pod, Zeroable)]
-pub struct Transfer {
-    /// Of the logarithm of water path.
-    pub spread: f32,
-    /// Water path below which there is no cloud.
-    pub threshold: f32,
-    /// Thickness at a water path of 1 above the threshold.
-    pub scale_m: f32,
-    /// Thickness that is never reached.
-    pub clip_m: f32,
-    /// Texels in a row.
-    pub width: u32,
-    /// Rows.
-    pub height: u32,
-    /// Unused.
-    pub spare_0: u32,
-    /// Unused.
-    pub spare_1: u32,
 }

@@ -91,6 +91,7 @@ const IMAGE: [u32; 3] = [16, 16, 1];
 shaders! {
     SELF_TEST: "self_test", [1, 1, 1], [];
     FIELD_OCTAVES: "field_octaves", IMAGE, [NOISE];
+    FIELD_TURNED: "field_turned", IMAGE, [NOISE];
     FIELD_CELLS: "field_cells", IMAGE, [NOISE];
     FIELD_VELOCITY: "field_velocity", IMAGE, [];
     FIELD_DISPLACE: "field_displace", IMAGE, [];
@@ -99,6 +100,7 @@ shaders! {
     FIELD_HISTOGRAM: "field_histogram", [256, 1, 1], [];
     FIELD_REMAP: "field_remap", IMAGE, [];
     FIELD_THICKNESS: "field_thickness", IMAGE, [];
+    FIELD_COLUMNS: "field_columns", IMAGE, [];
     FIELD_HANG: "field_hang", IMAGE, [];
     FIELD_BOUNDS: "field_bounds", IMAGE, [SHEET];
     FIELD_BOUNDS_COLUMNS: "field_bounds_columns" of "field_bounds", IMAGE, [COLUMNS];

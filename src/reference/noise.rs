@@ -49,6 +49,25 @@ pub fn noise_gradient(place: DVec2, period: i32, seed: u32) -> f64 {
     mix(mix(a, b, fade.x), mix(c, d, fade.x), fade.y)
 }
 
+/// Gradient noise on a turned lattice: `[a, b]` of its steps along a row of the tile, without a common divisor. `uv`: part of the
+/// tile.
+pub fn noise_turned(uv: DVec2, [a, b]: [i32; 2], seed: u32) -> f64 {
+    let [along, across] = [a, b].map(f64::from);
+    let place = dvec2(along * uv.x - across * uv.y, across * uv.x + along * uv.y);
+    let cell = place.floor().as_ivec2();
+    let t = place - place.floor();
+    let fade = t * t * t * (t * (t * 6.0 - 15.0) + 10.0);
+    let salt = noise_hash(seed, 0x9e37_79b9);
+    let slope = |corner: IVec2| {
+        let step = cell + corner;
+        let point = (b * step.x - a * step.y).rem_euclid(a * a + b * b);
+        let bits = noise_hash(point as u32 ^ salt.x, salt.y);
+        DVec2::from_angle(TAU * f64::from(bits.x >> 8) / 16_777_216.0).dot(t - corner.as_dvec2())
+    };
+    let low = mix(slope(ivec2(0, 0)), slope(ivec2(1, 0)), fade.x);
+    mix(low, mix(slope(ivec2(0, 1)), slope(ivec2(1, 1)), fade.x), fade.y)
+}
+
 /// Feature point of a cell, inside it. It goes round in a circle, one to three times in either sense while the slowest
 /// goes once.
 pub fn noise_point(cell: IVec2, period: i32, seed: u32, turns: f64) -> DVec2 {

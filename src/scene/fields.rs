@@ -1,7 +1,7 @@
 //! The fields of a scene as a table: what `docs/scene.md` says about each. Ranges are those of the types that hold them,
 //! defaults those that the parser fills in.
 
-use super::model::{Pattern, Scene};
+use super::model::{DepthLaw, Pattern, Scene};
 use super::parse::{LAYER_KINDS, THICKNESS_KINDS};
 use super::quantity::*;
 use super::shape::FLAT;
@@ -302,6 +302,23 @@ pub const GROUPS: &[Group] = &[
                  the other",
             ),
             field("/seed", Allowed::Whole(0..=u32::MAX), "picks one field of many alike"),
+        ],
+    },
+    Group {
+        title: "A `stratocumulus` whose edges thin out",
+        place: "/layers/0/thickness",
+        least: r#"{"layers": [{"thickness": {"kind": "stratocumulus", "law": "gamma"}}]}"#,
+        fields: &[
+            field(
+                "/law",
+                Allowed::Words(&DepthLaw::WORDS),
+                "how optical depth is distributed among cloudy columns; `lognormal` where it is left out: see below",
+            ),
+            number::<DepthSpread>(
+                "/spread",
+                "standard deviation of their optical depth relative to its mean: about 0.3 in overcast, 0.75 in the mean of \
+                 measurements, 1 in broken cloud",
+            ),
         ],
     },
     Group {

@@ -158,6 +158,23 @@ pub struct Stratocumulus {
     pub cell_m: CellM,
     /// Picks one field of many alike.
     pub seed: u32,
+    /// How optical depth is distributed among its columns.
+    pub law: DepthLaw,
+}
+
+/// How optical depth is distributed among the cloudy columns of a synthetic field.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum DepthLaw {
+    /// Water path is lognormal above a threshold; one extinction and one flat edge.
+    Lognormal,
+    /// Optical depth is gamma distributed, with this spread; columns have bases, tops and extinctions of their own.
+    Gamma(DepthSpread),
+}
+
+impl DepthLaw {
+    pub(super) const LOGNORMAL: &'static str = "lognormal";
+    pub(super) const GAMMA: &'static str = "gamma";
+    pub(super) const WORDS: [&'static str; 2] = [Self::LOGNORMAL, Self::GAMMA];
 }
 
 /// Structure of a synthetic field.

@@ -231,7 +231,7 @@ pub(super) fn thickness(reader: &mut Reader, layer: &Object<'_>, resolve: Resolv
     };
     let keys: &[&str] = match value.get("kind").and_then(Value::as_str) {
         Some("uniform") => &["kind", "metres"],
-        Some("stratocumulus") => &["kind", "pattern", "mean_m", "coverage", "cell_m", "seed"],
+        Some("stratocumulus") => &["kind", "pattern", "mean_m", "coverage", "cell_m", "seed", "law", "spread"],
         Some("image") => &["kind", "image", "scale_m", "fill"],
         // None of the other fields can be judged.
         _ => {
@@ -253,15 +253,29 @@ pub(super) fn thickness(reader: &mut Reader, layer: &Object<'_>, resolve: Resolv
             let pattern =
                 if object.has("pattern") { reader.word(&object, "pattern", &Pattern::WORDS) } else { Some("closed") };
             let pattern = pattern.and_then(|word| Pattern::ALL.iter().find(|(name, _)| *name == word));
+            let law = law(reader, &object);
             Some(Thickness::Stratocumulus(Stratocumulus {
                 mean_m: reader.number_or(&object, "mean_m", default(250.0)?),
                 coverage: reader.number_or(&object, "coverage", default(1.0)?),
                 cell_m: reader.number_or(&object, "cell_m", default(2500.0)?),
                 seed: reader.integer_or(&object, "seed", (0, u32::MAX), 0),
                 pattern: pattern?.1,
+                law: law?,
             }))
         }
     }
+}
+
+fn law(reader: &mut Reader, field: &Object<'_>) -> Option<DepthLaw> {
+    let word = if field.has("law") { reader.word(field, "law", &DepthLaw::WORDS)? } else { DepthLaw::LOGNORMAL };
+    if word == DepthLaw::GAMMA {
+        return Some(DepthLaw::Gamma(reader.number_or(field, "spread", default(0.9)?)));
+    }
+    if field.has("spread") {
+        reader.wrong(field.at("spread"), "is that of the gamma law: say `\"law\": \"gamma\"` with it");
+        return None;
+    }
+    Some(DepthLaw::Lognormal)
 }
 
 /// Reads what a layer is made of. `fallback`: extinction where none is given; without it, water has that of its number and size.

@@ -105,6 +105,8 @@ quantities! {
     MeanThicknessM: 0.0..=40_000.0, "m";
     /// Part of the domain that has cloud.
     Coverage: 0.0..=1.0, "";
+    /// Standard deviation of optical depth among cloudy columns, relative to its mean.
+    DepthSpread: 0.2..=1.5, "";
     /// Part of the domain that has cumulus: beyond, clouds would merge into a deck.
     CumulusCoverage: 0.0..=0.6, "";
     /// Width of a full-grown cumulus.

@@ -5,7 +5,7 @@
 use super::air::PRESETS;
 use super::cumulus::Cumulus;
 use super::fields::{Allowed, Field, GROUPS, Group};
-use super::model::Scene;
+use super::model::{DepthLaw, Scene};
 use super::quantity::*;
 use crate::optics::TABLE_POINTS;
 use serde_json::{Value, json};
@@ -32,7 +32,8 @@ pub fn schema() -> Value {
         "layer": any([stratiform(), cumulus(), sheet()]),
         "thickness": any([
             kind(object("/layers/0/thickness", "/metres"), "uniform"),
-            kind(object("/layers/0/thickness", "/pattern"), "stratocumulus"),
+            synthetic(DepthLaw::LOGNORMAL),
+            synthetic(DepthLaw::GAMMA),
             kind(object("/layers/0/thickness", "/scale_m"), "image"),
         ]),
         "droplets": any([
@@ -72,6 +73,17 @@ fn kind(mut object: Value, word: &str) -> Value {
     object["properties"]["kind"] = json!({ "const": word });
     require(&mut object, "kind");
     object
+}
+
+/// A synthetic field whose columns are distributed by a law; the first need not be said.
+fn synthetic(law: &str) -> Value {
+    let mut field = kind(object("/layers/0/thickness", "/pattern"), "stratocumulus");
+    if law == DepthLaw::GAMMA {
+        field["properties"]["spread"] = object("/layers/0/thickness", "/spread")["properties"]["spread"].clone();
+        require(&mut field, "law");
+    }
+    field["properties"]["law"] = json!({ "const": law });
+    field
 }
 
 fn require(object: &mut Value, field: &str) {

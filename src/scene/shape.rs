@@ -1,7 +1,7 @@
 //! Where a stratiform layer's cloud is: between two edges, of which the one that is not given follows from a thickness.
 
 use super::image_reference::ImagePurpose;
-use super::model::{ImageName, Resolve, Thickness, Wind};
+use super::model::{DepthLaw, ImageName, Resolve, Thickness, Wind};
 use super::parse::{BASE_M, default, image, thickness};
 use super::quantity::*;
 use super::read::{Object, Reader};
@@ -125,6 +125,11 @@ impl Shape {
     /// Whether the top does not tell how deep the cloud is: it is flat, or optical depth has a map of its own.
     pub(crate) fn is_deep_below(&self) -> bool {
         matches!(self.top, Edge::Flat(_)) || self.optical_depth.is_some()
+    }
+
+    /// Whether it is a synthetic field of columns that thin out at gaps.
+    pub(crate) fn thins_out(&self) -> bool {
+        matches!(&self.thickness, Some(Thickness::Stratocumulus(field)) if field.law != DepthLaw::Lognormal)
     }
 
     /// Whether all columns are the same.

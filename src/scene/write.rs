@@ -53,14 +53,22 @@ pub(crate) fn thickness(thickness: &Thickness) -> Value {
         Thickness::Map { image, scale_m, fill } => {
             with_fill(json!({ "kind": "image", "image": image.0, "scale_m": scale_m.get() }), *fill)
         }
-        Thickness::Stratocumulus(field) => json!({
-            "kind": "stratocumulus",
-            "pattern": Pattern::ALL.iter().find(|(_, p)| *p == field.pattern).map(|(word, _)| *word),
-            "mean_m": field.mean_m.get(),
-            "coverage": field.coverage.get(),
-            "cell_m": field.cell_m.get(),
-            "seed": field.seed,
-        }),
+        Thickness::Stratocumulus(field) => {
+            let mut text = json!({
+                "kind": "stratocumulus",
+                "pattern": Pattern::ALL.iter().find(|(_, p)| *p == field.pattern).map(|(word, _)| *word),
+                "mean_m": field.mean_m.get(),
+                "coverage": field.coverage.get(),
+                "cell_m": field.cell_m.get(),
+                "seed": field.seed,
+            });
+            // The other law is said by saying nothing: scenes keep the names that they had before there were two.
+            if let DepthLaw::Gamma(spread) = field.law {
+                text["law"] = json!(DepthLaw::GAMMA);
+                text["spread"] = json!(spread.get());
+            }
+            text
+        }
     }
 }
 

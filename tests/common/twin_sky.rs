@@ -17,6 +17,8 @@ pub(crate) struct Sky {
     pub(crate) albedo: [f64; 3],
     pub(crate) turbulence_m_s: f64,
     pub(crate) base_m: f64,
+    /// A flat top in place of the base.
+    pub(crate) top_m: Option<f64>,
     /// Layers above it: base, thickness, droplets.
     pub(crate) above: Vec<(f64, Value, Value)>,
     pub(crate) atmosphere: Value,
@@ -33,6 +35,7 @@ impl Sky {
             albedo: [0.2, 0.5, 0.9],
             turbulence_m_s: 0.0,
             base_m: 1000.0,
+            top_m: None,
             above: Vec::new(),
             atmosphere: json!({"sun": [100, 98, 94], "sky": [3, 4, 6]}),
             resolution: 64,
@@ -58,6 +61,12 @@ impl Sky {
                 "wind": {"speed_m_s": 7, "from_deg": 200, "turbulence_m_s": self.turbulence_m_s}
             }]
         });
+        if let Some(top_m) = self.top_m {
+            let layer = scene["layers"][0].as_object_mut().unwrap();
+            layer.remove("base_m");
+            layer.insert("flat".to_owned(), json!("top"));
+            layer.insert("top_m".to_owned(), json!(top_m));
+        }
         for (base_m, thickness, droplets) in &self.above {
             let layer = json!({"base_m": base_m, "thickness": thickness, "droplets": droplets});
             scene["layers"].as_array_mut().unwrap().push(layer);

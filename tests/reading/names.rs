@@ -88,6 +88,7 @@ fn scene() -> impl Strategy<Value = Value> {
         ("mean_m", spelt(0.0, 4e4)),
         ("coverage", spelt(0.0, 1.0)),
         ("cell_m", spelt(1.0, 1e6)),
+        ("law", prop::sample::select(vec![json!("lognormal"), json!("gamma")]).boxed()),
         ("seed", any::<u32>().prop_map(|seed| json!(f64::from(seed))).boxed()),
     ]);
     let uniform = spelt(0.0, 1e5).prop_map(|metres| json!({ "kind": "uniform", "metres": metres }));
