@@ -23,6 +23,7 @@ mod shape_maps;
 mod sheet;
 mod spelling;
 mod sun;
+mod synthetic;
 mod write;
 
 pub use aerosol::{AerosolColumn, Scatterers};
@@ -33,11 +34,12 @@ pub use image_reference::{ImagePurpose, ImageReference};
 pub use images::ImageFindings;
 pub use json::strict_json;
 pub use model::{
-    DepthLaw, Domain, Droplets, FieldError, Ground, GroundAlbedo, ImageName, Layer, Pattern, Resolve, Scene,
-    SceneError, Stratocumulus, Sun, SunStand, Thickness, Wind,
+    Domain, Droplets, FieldError, Ground, GroundAlbedo, ImageName, Layer, Resolve, Scene, SceneError, Sun, SunStand,
+    Thickness, Wind,
 };
 pub(crate) use model::{direction, list};
 pub use schema::schema;
 pub(crate) use shape::is_fill;
 pub use shape::{DepthMap, Edge, HeightMap, Shape};
 pub(crate) use shape_maps::ShapeMaps;
+pub use synthetic::{DepthLaw, Pattern, Stratocumulus};

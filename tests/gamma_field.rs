@@ -158,15 +158,18 @@ fn directions_are_alike() {
     }
 }
 
+/// Less alpha is none: a card's places are off by a hundred-thousandth of a texel, and so much of a neighbour's is seen.
+const NO_ALPHA: f64 = 1e-3;
+
 /// Of a scene seen from straight below: part of the cloudy texels that are mostly clear, and mean alpha of those that touch a gap.
 fn thin(sky: &mut Sky, scene: &Value) -> [f64; 2] {
     let texture = sky.render(scene, "cloud", &[]);
     let alpha = |x: usize, y: usize| f64::from(texture.data[4 * (y % SIDE * SIDE + x % SIDE) + 3]);
     let (mut cloudy, mut clear, mut sum, mut edges) = (0.0, 0.0, 0.0, 0.0);
-    for (x, y) in (0..SIDE * SIDE).map(|i| (i % SIDE, i / SIDE)).filter(|(x, y)| alpha(*x, *y) > 0.0) {
+    for (x, y) in (0..SIDE * SIDE).map(|i| (i % SIDE, i / SIDE)).filter(|(x, y)| alpha(*x, *y) > NO_ALPHA) {
         (cloudy, clear) = (cloudy + 1.0, clear + if alpha(x, y) < 0.5 { 1.0 } else { 0.0 });
         let around = [(x + 1, y), (x + SIDE - 1, y), (x, y + 1), (x, y + SIDE - 1)];
-        if around.into_iter().any(|(x, y)| alpha(x, y) == 0.0) {
+        if around.into_iter().any(|(x, y)| alpha(x, y) <= NO_ALPHA) {
             (sum, edges) = (sum + alpha(x, y), edges + 1.0);
         }
     }

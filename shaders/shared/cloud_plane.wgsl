@@ -15,7 +15,8 @@ const PATH_MOST_STEPS: f32 = 1024.0;
 // the other. Steeper ones are points.
 const VIEW_MOST_RAYS: f32 = 8.0;
 const VIEW_RAY_SLOPE: f32 = 60.0;
-// How far they lie beside even places, texels of the map: at its texels and half-way between them clouds are not like the mean.
+// How far those of a parallel view lie beside even places, texels of the map: at its texels and half-way between them clouds are not like the
+// mean, and all texels of such a view may lie alike.
 const VIEW_ASIDE: f32 = 0.25;
 
 fn view_ray(ray: Ray) -> ViewRay {
@@ -47,7 +48,7 @@ fn plane_texel(pixel: vec2<u32>, left: Left) -> Shaded {
     let rays = select(1u, u32(clamp(wanted, 1.0, VIEW_MOST_RAYS)), flat);
     // Beside each other: along the view a flat ray shows the same for many texels.
     let beside = vec2<f32>(ray.seen.y, ray.seen.x) / max(length(ray.seen.xy), 1e-12) / vec2<f32>(view.size);
-    let aside = select(0.0, VIEW_ASIDE / across, flat) - 0.5;
+    let aside = select(0.0, VIEW_ASIDE / across, flat && view.perspective == 0u) - 0.5;
     var sum = Shaded(vec3<f32>(0.0), 0.0, vec2<f32>(0.0));
     for (var i = 0u; i < rays; i++) {
         let one = projection_ray_at(view, frame.place.extent_m, middle + beside * ((f32(i) + 0.5) / f32(rays) + aside));

@@ -14,7 +14,7 @@ use rayon::prelude::*;
 pub const VIEW_MOST_RAYS: f64 = 8.0;
 /// The slope from which on each texel of the map has one.
 pub const VIEW_RAY_SLOPE: f64 = 60.0;
-/// How far they lie beside even places, texels of the map.
+/// How far those of a parallel view lie beside even places, texels of the map.
 pub const VIEW_ASIDE: f64 = 0.25;
 
 /// The places of the rays of the texel at `place`.
@@ -28,7 +28,7 @@ pub fn view_places(frame: &Frame, view: &View, thickness: &Map, place: DVec2) ->
     let rays = (across * (slope / VIEW_RAY_SLOPE).min(1.0)).ceil().clamp(1.0, VIEW_MOST_RAYS) as u32;
     // Beside each other: along the view a flat ray shows the same for many texels.
     let beside = dvec2(seen.y, seen.x).normalize_or_zero() / dvec2(view.size[0].into(), view.size[1].into());
-    let aside = VIEW_ASIDE / across - 0.5;
+    let aside = if view.perspective == 0 { VIEW_ASIDE / across } else { 0.0 } - 0.5;
     (0..rays).map(|number| place + beside * ((f64::from(number) + 0.5) / f64::from(rays) + aside)).collect()
 }
 

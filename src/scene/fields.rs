@@ -1,10 +1,11 @@
 //! The fields of a scene as a table: what `docs/scene.md` says about each. Ranges are those of the types that hold them,
 //! defaults those that the parser fills in.
 
-use super::model::{DepthLaw, Pattern, Scene};
+use super::model::Scene;
 use super::parse::{LAYER_KINDS, THICKNESS_KINDS};
 use super::quantity::*;
 use super::shape::FLAT;
+use super::synthetic::{DepthLaw, Pattern};
 use serde_json::Value;
 use std::fmt::Write as _;
 use std::ops::RangeInclusive;

@@ -6,6 +6,7 @@ use super::cumulus::Cumulus;
 use super::image_reference::{ImagePurpose, ImageReference};
 use super::quantity::*;
 use super::shape::Shape;
+use super::synthetic::Stratocumulus;
 use super::{parse, write};
 use crate::optics::{Mix, PhaseTable};
 use crate::sun::{Place, Utc};
@@ -143,55 +144,6 @@ pub enum Thickness {
         /// The sample that stands for "no cloud".
         fill: Option<FillValue>,
     },
-}
-
-/// A synthetic, tiling stratocumulus field.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Stratocumulus {
-    /// Kind of structure.
-    pub pattern: Pattern,
-    /// Mean over the cloudy part.
-    pub mean_m: MeanThicknessM,
-    /// Part of the domain with more than 1 m of cloud.
-    pub coverage: Coverage,
-    /// Size of a convective cell. The domain holds whole cells: between two such sizes, one pattern fades into the other.
-    pub cell_m: CellM,
-    /// Picks one field of many alike.
-    pub seed: u32,
-    /// How optical depth is distributed among its columns.
-    pub law: DepthLaw,
-}
-
-/// How optical depth is distributed among the cloudy columns of a synthetic field.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum DepthLaw {
-    /// Water path is lognormal above a threshold; one extinction and one flat edge.
-    Lognormal,
-    /// Optical depth is gamma distributed, with this spread; columns have bases, tops and extinctions of their own.
-    Gamma(DepthSpread),
-}
-
-impl DepthLaw {
-    pub(super) const LOGNORMAL: &'static str = "lognormal";
-    pub(super) const GAMMA: &'static str = "gamma";
-    pub(super) const WORDS: [&'static str; 2] = [Self::LOGNORMAL, Self::GAMMA];
-}
-
-/// Structure of a synthetic field.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Pattern {
-    /// Closed cells: thick centres, thin rims.
-    Closed,
-    /// Open cells: rings of cloud around clear centres.
-    Open,
-    /// No cells: a -5/3 spectrum alone.
-    Fractal,
-}
-
-impl Pattern {
-    pub(super) const ALL: [(&'static str, Self); 3] =
-        [("closed", Self::Closed), ("open", Self::Open), ("fractal", Self::Fractal)];
-    pub(super) const WORDS: [&'static str; 3] = [Self::ALL[0].0, Self::ALL[1].0, Self::ALL[2].0];
 }
 
 /// What scatters light in a layer.

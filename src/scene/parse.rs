@@ -6,6 +6,7 @@ use super::model::*;
 use super::phase::phase_function;
 use super::quantity::*;
 use super::read::{Object, Reader, describe};
+use super::synthetic::{DepthLaw, Pattern, Stratocumulus};
 use super::{cumulus, json, shape, sheet, spelling, sun};
 use serde_json::Value;
 

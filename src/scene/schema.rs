@@ -5,8 +5,9 @@
 use super::air::PRESETS;
 use super::cumulus::Cumulus;
 use super::fields::{Allowed, Field, GROUPS, Group};
-use super::model::{DepthLaw, Scene};
+use super::model::Scene;
 use super::quantity::*;
+use super::synthetic::DepthLaw;
 use crate::optics::TABLE_POINTS;
 use serde_json::{Value, json};
 use std::ops::RangeInclusive;

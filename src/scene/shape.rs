@@ -1,10 +1,11 @@
 //! Where a stratiform layer's cloud is: between two edges, of which the one that is not given follows from a thickness.
 
 use super::image_reference::ImagePurpose;
-use super::model::{DepthLaw, ImageName, Resolve, Thickness, Wind};
+use super::model::{ImageName, Resolve, Thickness, Wind};
 use super::parse::{BASE_M, default, image, thickness};
 use super::quantity::*;
 use super::read::{Object, Reader};
+use super::synthetic::DepthLaw;
 use super::write;
 use serde_json::{Value, json};
 

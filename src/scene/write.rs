@@ -2,6 +2,7 @@
 
 use super::model::*;
 use super::quantity::{FillValue, Quantity};
+use super::synthetic::{DepthLaw, Pattern};
 use super::{air, cumulus, shape, sun};
 use serde_json::{Value, json};
 
