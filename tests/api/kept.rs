@@ -373,8 +373,7 @@ fn tables_are_whole_or_not_there_however_often_their_maker_is_killed() {
     let wanted = |round: u32| {
         let mut own = scene();
         own["layers"][0]["droplets"] = json!({ "effective_radius_um": 4.0 + 0.05 * f64::from(round) });
-        let query = json!({ "size": 4, "tolerance": 0.3 });
-        json!({ "scene": own, "textures": [{ "texture": "cloud", "format": "f32", "query": query }] }).to_string()
+        json!({ "scene": own, "textures": ["cloud.f32?size=4&tolerance=0.3"] }).to_string()
     };
     let rounds = kills(4);
     let folder = data.path().join("tables");
