@@ -67,13 +67,13 @@ struct Way {
     sense: f32,              // 1: it climbs, -1: it sinks
 }
 
-// Steps that end at so many lines, blocks, or where the ray comes to all that may be in a block: fewer of the latter two than
-// half the lines.
+// Steps that end at so many lines, blocks, or where the ray comes to all that may be in a block, and looks at wide blocks of which
+// nothing is known: fewer of the latter three than half the lines.
 fn path_most_steps(lines: u32) -> u32 {
     return lines + lines / 2u + 8u;
 }
 
-// A block about a cell of which is known that it is cloud, or clear, where the ray is: one of the coarsest, or of the finest.
+// A block about a cell, of which may be known that it is cloud, or clear, where the ray is.
 struct Block {
     side: f32,    // squares between texel centres; 1 where nothing is known
     first_m: f32, // until here the ray is before all that may be in the block
@@ -81,15 +81,11 @@ struct Block {
     after: bool,  // behind it
 }
 
-fn path_block(bounds: texture_2d<f32>, coarsest: u32, cell: vec2<f32>, way: Way, done_m: f32) -> Block {
-    let fine = path_between(bounds, 0u, cell, way);
-    let coarse = path_between(bounds, coarsest, cell, way);
-    let wide = done_m < coarse.x || done_m >= coarse.y;
-    let between = select(fine, coarse, wide);
+fn path_block(bounds: texture_2d<f32>, level: u32, cell: vec2<f32>, way: Way, done_m: f32) -> Block {
+    let between = path_between(bounds, level, cell, way);
     let before = done_m < between.x;
     let after = done_m >= between.y;
-    let side = f32(BOUNDS_TEXELS << select(0u, coarsest, wide));
-    return Block(select(1.0, side, before || after), between.x, before, after);
+    return Block(select(1.0, f32(BOUNDS_TEXELS << level), before || after), between.x, before, after);
 }
 
 // Where a ray is among all that may be in a block.

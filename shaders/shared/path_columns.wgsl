@@ -15,7 +15,11 @@ fn path_stretch(
     unseen: f32,
 ) -> Stretch {
     let size = vec2<f32>(textureDimensions(map));
+    // Flat rays look at a wide block first, once each time they come into one; for others that only costs.
     let coarsest = textureNumLevels(bounds) - 1u;
+    let wide_side = f32(BOUNDS_TEXELS << coarsest);
+    let flat = PATH_SEEN && unseen > 0.0 && coarsest > 0u;
+    var tried = vec2<f32>(-1.0);
     var place = fract(way.start_uv) * size - 0.5;
     let slope = way.uv_per_metre * size;
     let forward = slope > vec2<f32>(0.0);
@@ -28,7 +32,13 @@ fn path_stretch(
         let tiles = size * floor((cell + 0.5) / size);
         cell -= tiles;
         place -= tiles;
-        let block = path_block(bounds, coarsest, cell, way, done_m);
+        let wide_block = floor(cell / wide_side);
+        let wide = flat && any(wide_block != tried);
+        let block = path_block(bounds, select(0u, coarsest, wide), cell, way, done_m);
+        if wide && !(block.before || block.after) {
+            tried = wide_block;
+            continue;
+        }
         let corner = floor(cell / block.side) * block.side;
         let end = path_end(place, corner, block.side, pitch, forward);
         let next_m = clamp(min(end.x, end.y), done_m, select(way.way_m, min(block.first_m, way.way_m), block.before));
