@@ -1,8 +1,8 @@
 //! Charts of how exact and how fast each method of slab light, of moving fields, of exchanged light, of sunlight through
-//! uneven cloud, of clear air, of air with clouds in it and of cumulus is, as pictures (SVG) and tables (CSV).
+//! uneven cloud, of clear air, of air with clouds in it, of looks at a sky and of cumulus is, as pictures (SVG) and tables (CSV).
 //!
 //! `truth` solves slabs exactly, `medium` has each method in double precision, `row` lists them, `errors` and `cost` measure; `slab`, `fluxes`,
-//! `radiance`, `modified`, `validity`, `field`, `exchange`, `light`, `air`, `coupling`, `cumulus` and `growth` are one chart each; `figure` draws; `file` is what comes
+//! `radiance`, `modified`, `validity`, `field`, `exchange`, `light`, `air`, `coupling`, `view`, `cumulus` and `growth` are one chart each; `figure` draws; `file` is what comes
 //! out; `sample` is what a test computes again.
 
 mod air;
@@ -30,6 +30,7 @@ mod statistics;
 mod truth;
 mod validity;
 mod veil;
+mod view;
 
 use crate::tables::TableLibrary;
 
@@ -101,6 +102,12 @@ pub const CHARTS: &[Chart] = &[
         about: "air and clouds: ways to couple them",
         make: coupling::make,
         sample: Some(coupling::sample),
+    },
+    Chart {
+        name: "sky-view",
+        about: "clouds of a sky: rays, levels and samples of a texel",
+        make: view::make,
+        sample: Some(view::sample),
     },
     Chart {
         name: "cumulus",

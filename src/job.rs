@@ -7,7 +7,7 @@ pub use contract::{Fault, RenderError, Texture, Watch};
 
 use crate::illumination::Illumination;
 use crate::image::{Image, MissingImage};
-use crate::plan::Plan;
+use crate::plan::{Plan, SkyDetail};
 use crate::request::{Request, TextureKind};
 use crate::scene::Scene;
 use crate::scene_air::{SceneAir, air_mix, covered_mix};
@@ -82,6 +82,12 @@ impl Job {
         let illumination = Illumination::new(&scene, air.as_ref(), request.time_s);
         let points = Arc::from([]);
         Ok(Self { scene, scene_id, request, plan, tables, air, illumination, images, points })
+    }
+
+    /// The same with its sky looked at in another way than planned: for charts.
+    pub(crate) fn with_sky(mut self, sky: SkyDetail) -> Self {
+        self.plan.sky = sky;
+        self
     }
 
     /// The same at another time, s since the scene's start.
