@@ -80,12 +80,21 @@ fn added_sunlight(ray: ViewRay, above: f32, left: Left) -> vec3<f32> {
         let in_and_out = vec2<f32>(1.0 / frame.sun.slant_cosine, 1.0 / ray.cosine);
         depth = (depth * in_and_out.x + left.path / max(frame.medium.transport_550, 1e-6)) / (in_and_out.x + in_and_out.y);
     }
-    if depth <= 0.0 {
-        return passing * sunlight(ray);
-    }
     let clear = select(exp(-frame.medium.extinction_550 * ray.path_m), 1.0, ray.from_above);
-    let added = sunlight(deeper(ray, ray.depth + depth)) - clear * sunlight(deeper(ray, depth));
-    return passing * max(added, vec3<f32>(0.0));
+    // Once where no other layer is above. A loop, as software devices run through what a branch skips.
+    let above_it = max(depth, 0.0);
+    var added = vec3<f32>(0.0);
+    var without = false;
+    loop {
+        let one = sunlight(deeper(ray, select(ray.depth + above_it, above_it, without)));
+        added += select(one, -clear * one, without);
+        let last = without || above_it == 0.0;
+        without = true;
+        continuing {
+            break if last;
+        }
+    }
+    return passing * select(added, max(added, vec3<f32>(0.0)), above_it > 0.0);
 }
 
 // The same ray of a slab of another optical depth.

@@ -50,10 +50,16 @@ fn plane_texel(pixel: vec2<u32>, left: Left) -> Shaded {
     let beside = vec2<f32>(ray.seen.y, ray.seen.x) / max(length(ray.seen.xy), 1e-12) / vec2<f32>(view.size);
     let aside = select(0.0, VIEW_ASIDE / across, flat && view.perspective == 0u) - 0.5;
     var sum = Shaded(vec3<f32>(0.0), 0.0, vec2<f32>(0.0));
-    for (var i = 0u; i < rays; i++) {
+    var i = 0u;
+    // Left at its end: software devices run through the body once more where a loop is left at its head.
+    loop {
         let one = projection_ray_at(view, frame.place.extent_m, middle + beside * ((f32(i) + 0.5) / f32(rays) + aside));
         let shaded = shade_ray(view_ray(one), left);
         sum = Shaded(sum.light + shaded.light, sum.alpha + shaded.alpha, sum.held + shaded.held);
+        continuing {
+            i++;
+            break if i >= rays;
+        }
     }
     let count = f32(rays);
     return Shaded(sum.light / count, sum.alpha / count, sum.held / count);

@@ -120,20 +120,26 @@ fn sky_texel(middle: vec2<f32>, left: Left) -> Shaded {
     let steps = view.steps / sqrt(f32(max(rays, 1u)));
     var sum = vec4<f32>(0.0);
     var held_sum = vec2<f32>(0.0);
-    for (var i = 0u; i < rays; i++) {
+    // Left at its end: software devices run through the body once more where a loop is left at its head.
+    var i = 0u;
+    loop {
         var towards = direction;
         var met = crossing;
         if rays > 1u {
             towards = scattered_direction(view, middle, direction, i);
             met = sky_crossing(towards);
         }
-        if met.meets {
+        if met.meets && i < rays {
             // And across it. Of each ray: the texel's middle may miss the layer.
             let level = view.coarseness + log2(max(met.near_m * per_metre * cone.side, 1e-6));
             let coarse = clamp(level, 0.0, f32(textureNumLevels(levels)) - 1.0);
             let shaded = shade_ray(sky_ray(towards, met, coarse, steps), left);
             sum += vec4<f32>(shaded.light, shaded.alpha);
             held_sum += shaded.held;
+        }
+        continuing {
+            i++;
+            break if i >= rays;
         }
     }
     let count = max(f32(rays), 1.0);
