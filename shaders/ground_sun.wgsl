@@ -23,7 +23,8 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     var with_peak = vec4<f32>(0.0);
     var without = vec4<f32>(0.0);
     var count = 0.0;
-    for (var i = 0u; i < frame.sun.discs; i++) {
+    var i = 0u;
+    loop {
         let towards = disc_direction(i);
         if towards.z > 0.0 || i == 0u {
             let cosine = max(towards.z, MIN_COSINE);
@@ -34,6 +35,10 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
             with_peak += vec4<f32>(sun_through(path_m).beam, exp(-frame.medium.beam_550 * frame.medium.extinction_550 * path_m));
             without += vec4<f32>(exp(-frame.medium.extinction * path_m), exp(-frame.medium.extinction_550 * path_m));
             count += 1.0;
+        }
+        continuing {
+            i++;
+            break if i >= frame.sun.discs;
         }
     }
     with_peak /= count;
