@@ -34,10 +34,7 @@ struct Slice<'a> {
 
 impl Level {
     pub(super) fn new(grid: &Grid, set: &Set) -> Self {
-        let mut slices = vec![0];
-        for slice in set.places.chunk_by(|a, b| a[2] == b[2]) {
-            slices.push(slices[slices.len() - 1] + slice.len());
-        }
+        let slices = set.slices(grid.size[2]);
         let orders = slices.par_windows(2).map(|ends| {
             let places = &set.places[ends[0]..ends[1]];
             let mut order: Vec<u32> = (0..places.len() as u32).collect();
