@@ -55,18 +55,11 @@ impl<'a> Rough<'a> {
         let ray = Ray { from, towards: self.towards };
         let low = volume.base_m.max(volume.floor_m);
         let Some([near, end]) = ray.between(low, volume.top_m, self.farthest_m) else { return 0.0 };
-        let [nx, ny, nz] = volume.size;
         let start = (from - self.corner) / volume.voxel_m;
         let mut place = (start + self.way * near).to_array().map(fixed);
-        let sample_at = |place: &mut [i64; 3]| {
-            let [x, y, z] = place.each_mut();
-            let (x, y) = (back_in(x, nx), back_in(y, ny));
-            let z = (*z >> FRACTION).clamp(0, nz as i64 - 1) as usize;
-            volume.samples[z.wrapping_mul(ny).wrapping_add(y).wrapping_mul(nx).wrapping_add(x)]
-        };
         let based_m = volume.base_m + volume.edge_m;
         let mut length_m = 0.0;
-        let (mut at, mut from) = (near, sample_at(&mut place));
+        let (mut at, mut from) = (near, self.sample(&mut place));
         for _ in 0..MAX_STEPS {
             if at >= end || length_m >= self.enough_m {
                 break;
@@ -75,7 +68,7 @@ impl<'a> Rough<'a> {
             let to = at + leap_m.max(self.step_m);
             let step = if leap_m > self.step_m { (self.way * leap_m).to_array().map(fixed) } else { self.step };
             place = std::array::from_fn(|axis| place[axis].wrapping_add(step[axis]));
-            let sample = sample_at(&mut place);
+            let sample = self.sample(&mut place);
             // What is out of reach of the surface has no depth.
             if from > 0 && sample > 0 {
                 let [a, b] = [from, sample].map(usize::from);
@@ -92,6 +85,15 @@ impl<'a> Rough<'a> {
             (at, from) = (to, sample);
         }
         length_m
+    }
+
+    /// The sample that is nearest to a place, which is brought back into the domain.
+    #[inline]
+    fn sample(&self, [x, y, z]: &mut [i64; 3]) -> u8 {
+        let [nx, ny, nz] = self.volume.size;
+        let (x, y) = (back_in(x, nx), back_in(y, ny));
+        let z = (*z >> FRACTION).clamp(0, nz as i64 - 1) as usize;
+        self.volume.samples[z.wrapping_mul(ny).wrapping_add(y).wrapping_mul(nx).wrapping_add(x)]
     }
 
     /// How far a ray may leap from a place in the domain; 0 where cloud may be.

@@ -121,6 +121,7 @@ impl Volume {
                 list.push(number);
             }
         }
+        let (scale, per_m) = ((127.5 / band_m) as f32, (1.0 / voxel_m) as f32);
         self.samples.par_chunks_mut(nx * ny).zip(&touching).enumerate().for_each(|(k, (slice, touching))| {
             let z = floor_m + (k as f64 + 0.5) * voxel_m;
             for &number in touching {
@@ -133,18 +134,19 @@ impl Volume {
                 // Places in units of cubes, from the centre of the first.
                 let place = |at: f64| (at + half_m) / voxel_m - 0.5;
                 let (cx, cy, across) = (place(sphere.centre.x), place(sphere.centre.y), wide.sqrt() / voxel_m);
-                for j in -floor(across - cy)..=floor(cy + across) {
-                    let dy = (j as f64 - cy) * voxel_m;
-                    let across = (wide - dy * dy).max(0.0).sqrt() / voxel_m;
-                    let row = &mut slice[nx * wrapped(j, ny)..][..nx];
-                    let (from, to) = (-floor(across - cx), floor(cx + across));
+                for j in -whole(across - cy)..=whole(cy + across) {
+                    let dy = (f64::from(j) - cy) * voxel_m;
+                    // Samples at its ends are out of reach in any case: rounding may take them or not.
+                    let across = f64::from(((wide - dy * dy) as f32).max(0.0).sqrt() * per_m);
+                    let row = &mut slice[nx * wrapped(j.into(), ny)..][..nx];
+                    let [from, to] = [-whole(across - cx), whole(cx + across)].map(i64::from);
                     // At most one whole row, in at most two runs without a wrap.
                     let end = (to + 1).min(from + nx as i64);
                     let ball = Chord {
                         radius_m: sphere.radius_m as f32,
                         apart_m2: (dz * dz + dy * dy) as f32,
                         voxel_m: voxel_m as f32,
-                        scale: (127.5 / band_m) as f32,
+                        scale,
                     };
                     let mut i = from;
                     while i < end {
@@ -281,6 +283,7 @@ struct Chord {
 
 impl Chord {
     /// Draws it on samples, the first of which is so far beyond the centre.
+    #[inline]
     fn draw(&self, offset_m: f32, samples: &mut [u8]) {
         let depth = |step: usize| {
             let along_m = offset_m + step as f32 * self.voxel_m;
