@@ -26,12 +26,14 @@ pub use columns::Columns;
 pub use fluxes::Fluxes;
 use grid::Grid;
 use half::f16;
+use half::slice::HalfFloatSliceExt as _;
 pub use lighting::Lighting;
+use rayon::prelude::*;
 pub use rays::SunDepths;
 use settle::{Enough, settle};
 use std::convert::Infallible;
 use std::f64::consts::PI;
-use sweep::{Border, Sweep};
+use sweep::{Border, State, Sweep};
 pub use within::Within;
 
 /// Side of a cube at most, metres, and in mean free paths.
@@ -122,7 +124,8 @@ impl Lattice {
         let border = Border::new(lighting);
         let settled = settle(&cells, lighting, &border, Enough::FINE, look)?;
         // Between cubes of cloud and of clear air light is read from both.
-        let (light, leaving) = Sweep::new(&grid, &cells.near).all(&cells.cloud, &border, &settled.state);
+        let sweep = Sweep::again(settled.rises, &grid, &cells.near);
+        let (state, leaving) = sweep.all(&cells.cloud, &border, &settled.state);
         let mut lattice = Self {
             size: grid.size,
             cell_m,
@@ -136,17 +139,36 @@ impl Lattice {
             iterations: settled.iterations,
             change: settled.change,
         };
-        for ((place, state), depth) in cells.near.places.iter().zip(&light).zip(&cells.sun_depth) {
-            let number = grid.number(*place);
-            for (c, light) in lattice.light.iter_mut().enumerate() {
-                light[number] = state.0.map(|part| half(part[c]));
-            }
-            lattice.sun_depth[number] = half(*depth);
-        }
+        lattice.fill(&cells, &state);
         Ok(lattice)
+    }
+
+    /// Takes what is known of cubes, slice by slice.
+    fn fill(&mut self, cells: &Cells, state: &[State]) {
+        let slice = self.size[0] * self.size[1];
+        let ends = cells.near.slices(self.size[2]);
+        let [red, green, blue] = self.light.each_mut().map(|light| light.par_chunks_mut(slice));
+        let slices = red.zip(green).zip(blue).zip(self.sun_depth.par_chunks_mut(slice)).zip(ends.par_windows(2));
+        slices.for_each(|((((red, green), blue), sun_depth), ends)| {
+            let range = ends[0]..ends[1];
+            let numbers =
+                cells.near.places[range.clone()].iter().map(|place| cells.grid.number([place[0], place[1], 0]));
+            for (number, (state, depth)) in numbers.zip(state[range.clone()].iter().zip(&cells.sun_depth[range])) {
+                for (c, light) in [&mut *red, &mut *green, &mut *blue].into_iter().enumerate() {
+                    light[number] = halves(state.0.map(|part| part[c]));
+                }
+                sun_depth[number] = half(*depth);
+            }
+        });
     }
 }
 
 fn half(value: f32) -> f16 {
     f16::from_f32(value.clamp(-65504.0, 65504.0))
+}
+
+fn halves(values: [f32; 4]) -> [f16; 4] {
+    let mut halves = [f16::ZERO; 4];
+    halves.convert_from_f32_slice(&values.map(|value| value.clamp(-65504.0, 65504.0)));
+    halves
 }

@@ -25,7 +25,7 @@ pub fn body(cumulus: &Cumulus, extent_m: f64, texel_m: f64, time_s: f64) -> Body
         CumulusShape::Field { coverage, width_m, seed } => {
             let width_m = width_m.map(|width_m| width_m.get().min(Cumulus::widest_m(extent_m)));
             let field = Field::new(coverage.get(), width_m, *seed, base_m, [extent_m, texel_m]);
-            field.spheres(time_s, |_, sphere| add(sphere));
+            field.spheres(time_s).into_iter().for_each(|(_, sphere)| add(sphere));
             field.least_m()
         }
         CumulusShape::Spheres(given) => {

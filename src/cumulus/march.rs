@@ -4,7 +4,7 @@ use super::volume::{BLOCK, Volume, floor};
 use glam::{DVec3, IVec3, dvec3};
 
 /// Steps of a ray, at most: far below what an invocation on a common software driver may take in all.
-const MAX_STEPS: u32 = 4096;
+pub(super) const MAX_STEPS: u32 = 4096;
 /// A step at the surface, in cubes.
 pub const STEP: f64 = 0.4;
 /// The same where noise is to be seen, metres at most.
@@ -53,7 +53,7 @@ impl Ray {
 }
 
 /// Integral of the density up to a depth below the surface.
-fn filled(depth_m: f64, edge_m: f64) -> f64 {
+pub(super) fn filled(depth_m: f64, edge_m: f64) -> f64 {
     let depth = depth_m.max(0.0);
     if depth < edge_m { depth * depth / (2.0 * edge_m) } else { depth - 0.5 * edge_m }
 }
@@ -141,38 +141,5 @@ impl Volume {
             },
         );
         length
-    }
-
-    /// The same, roughly: from sample to sample, without the noise of the surface, which is drawn over `soft_m`. A tenth of the work.
-    pub(super) fn rough_length_m(&self, ray: Ray, farthest_m: f64, enough_m: f64, soft_m: f64) -> f64 {
-        let low = self.base_m.max(self.floor_m);
-        let Some([near, end]) = ray.between(low, self.top_m, farthest_m) else { return 0.0 };
-        let edge_m = soft_m.clamp(self.edge_m, self.band_m.max(self.edge_m));
-        let widened = 0.5 * (edge_m - self.edge_m);
-        let step_m = soft_m.max(0.5 * self.voxel_m);
-        let corner = dvec3(-0.5 * self.extent_m, -0.5 * self.extent_m, self.floor_m);
-        let (start, way) = ((ray.from - corner) / self.voxel_m, ray.towards / self.voxel_m);
-        let mut length_m = 0.0;
-        let depth_at = |at: f64| {
-            let sample = self.nearest(start + way * at);
-            (sample > 0).then(|| (f64::from(sample) / 127.5 - 1.0) * self.band_m + widened)
-        };
-        let (mut at, mut from) = (near, depth_at(near));
-        for _ in 0..MAX_STEPS {
-            if at >= end || length_m >= enough_m {
-                break;
-            }
-            let leap_m = if from.is_none() { self.leap_m(ray.at(at), ray.towards) } else { 0.0 };
-            let to = at + leap_m.max(step_m);
-            let depth = depth_at(to);
-            if let (Some(from), Some(depth)) = (from, depth)
-                && from.max(depth) > 0.0
-            {
-                let middle_z = ray.from.z + ray.towards.z * 0.5 * (at + to);
-                length_m += (to.min(end) - at) * mean_density(from, depth, edge_m) * self.above_base(middle_z);
-            }
-            (at, from) = (to, depth);
-        }
-        length_m
     }
 }

@@ -5,6 +5,7 @@ use super::coverage::{Class, Cover, least_m};
 use super::hash::{follow, pcg3d, uniform};
 use super::shape::{Cloud, Scratch};
 use glam::{DVec2, dvec2};
+use rayon::prelude::*;
 
 /// Life of a cloud, seconds a metre of its width.
 const LIFE_S_PER_M: f64 = 1.5;
@@ -110,14 +111,18 @@ impl Field {
         }
     }
 
-    /// Gives all spheres of a time with their names.
-    pub(super) fn spheres(&self, time_s: f64, mut give: impl FnMut(Name, Sphere)) {
-        let mut scratch = Scratch::default();
-        self.clouds(time_s, |cloud| {
-            cloud.spheres(self.least_of(cloud.width_m), &mut scratch, |number, sphere| {
-                give(Name { cloud: cloud.key, number }, sphere)
+    /// All spheres of a time with their names, in an order that does not depend on the number of cores.
+    pub(super) fn spheres(&self, time_s: f64) -> Vec<(Name, Sphere)> {
+        let mut clouds = Vec::new();
+        self.clouds(time_s, |cloud| clouds.push(cloud));
+        let of_cloud = |scratch: &mut Scratch, cloud: &Cloud| {
+            let mut spheres = Vec::new();
+            cloud.spheres(self.least_of(cloud.width_m), scratch, |number, sphere| {
+                spheres.push((Name { cloud: cloud.key, number }, sphere));
             });
-        });
+            spheres
+        };
+        clouds.par_iter().map_init(Scratch::default, of_cloud).collect::<Vec<_>>().concat()
     }
 }
 
@@ -129,10 +134,10 @@ mod tests {
     /// Spheres of a time by their names.
     fn named(field: &Field, time_s: f64) -> HashMap<Name, Sphere> {
         let (mut named, mut count) = (HashMap::new(), 0);
-        field.spheres(time_s, |name, sphere| {
+        for (name, sphere) in field.spheres(time_s) {
             count += 1;
             named.insert(name, sphere);
-        });
+        }
         assert_eq!(named.len(), count, "a name is given twice at {time_s} s");
         named
     }

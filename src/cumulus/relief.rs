@@ -1,7 +1,7 @@
 //! Noise that makes the surface of a cumulus rugged.
 
 use super::hash::pcg3d;
-use super::volume::floor;
+use super::volume::whole;
 use glam::DVec3;
 use std::sync::OnceLock;
 
@@ -48,8 +48,8 @@ impl Relief {
     pub fn at(&self, place: DVec3) -> f64 {
         let samples = Self::samples();
         let texel = place / self.tile_m * SIDE as f64 - 0.5;
-        let low = [texel.x, texel.y, texel.z].map(floor);
-        let part = texel - DVec3::new(low[0] as f64, low[1] as f64, low[2] as f64);
+        let low = texel.to_array().map(whole);
+        let part = texel - DVec3::from_array(low.map(f64::from));
         // The side is a power of two.
         let [x, y, z] = low.map(|low| [0, 1].map(|step| (low + step) as usize & (SIDE - 1)));
         let along = |y: usize, z: usize| {

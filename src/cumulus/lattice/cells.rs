@@ -3,7 +3,7 @@
 use super::grid::Grid;
 use super::lighting::Lighting;
 use super::optics::{Passages, density_number};
-use super::sun::{COUNT, arriving, samples, sun_depth};
+use super::sun::{COUNT, SAMPLE, SunRays, arriving};
 use crate::cumulus::volume::Volume;
 use glam::Vec4;
 use rayon::prelude::*;
@@ -14,6 +14,13 @@ pub(super) struct Set {
     pub(super) places: Vec<[u32; 3]>,
     /// The number of each among the cubes of cloud; [`CLEAR`] where there is none.
     pub(super) clouds: Vec<u32>,
+}
+
+impl Set {
+    /// Where slices begin, of so many, and where the last one ends.
+    pub(super) fn slices(&self, count: usize) -> Vec<usize> {
+        (0..=count as u32).map(|slice| self.places.partition_point(|place| place[2] < slice)).collect()
+    }
 }
 
 /// No number of a cube.
@@ -42,13 +49,20 @@ pub(super) struct Cells {
 impl Cells {
     pub(super) fn new(volume: &Volume, lighting: &Lighting, grid: &Grid) -> Self {
         let [nx, ny, nz] = grid.size;
+        // Farther from the surface than half a diagonal nothing changes in a cube.
+        let reach_m = 0.87 * grid.cell_m + volume.relief_m;
         let rows = (0..ny * nz).into_par_iter().map(|row| {
             let (y, z) = ((row % ny) as u32, (row / ny) as u32);
-            let one = |x: usize| {
+            let (mut cloudy, mut x) = (Vec::new(), 0);
+            while x < nx {
                 let place = [x as u32, y, z];
-                Some((place, filled(volume, grid, place)?))
-            };
-            (0..nx).filter_map(one).collect::<Vec<_>>()
+                let clear_m = volume.clear_m(grid.centre(place), reach_m);
+                x += (clear_m / grid.cell_m).ceil().max(1.0) as usize;
+                if clear_m <= 0.0 {
+                    cloudy.extend(filled(volume, grid, place).map(|filled| (place, filled)));
+                }
+            }
+            cloudy
         });
         let cloudy: Vec<([u32; 3], [f32; COUNT])> = rows.collect::<Vec<_>>().concat();
         let mut numbers = vec![CLEAR; grid.count()];
@@ -62,10 +76,8 @@ impl Cells {
             numbers[nx * row..][..nx].iter().enumerate().filter_map(place).collect::<Vec<_>>()
         });
         let places: Vec<[u32; 3]> = rows.collect::<Vec<_>>().concat();
-        let sun_depth: Vec<f32> = places
-            .par_iter()
-            .map(|place| sun_depth(volume, lighting, grid.centre(*place), grid.cell_m) as f32)
-            .collect();
+        let rays = SunRays::new(volume, lighting, grid.cell_m);
+        let sun_depth: Vec<f32> = places.par_iter().map(|place| rays.depth(grid.centre(*place)) as f32).collect();
         let mut next = 0;
         let mut clouds = Vec::with_capacity(places.len());
         for (near, place) in places.iter().enumerate() {
@@ -98,18 +110,12 @@ fn density(filled: &[f32; COUNT]) -> u16 {
 /// Density at the samples of a cube; `None` if there is none.
 fn filled(volume: &Volume, grid: &Grid, place: [u32; 3]) -> Option<[f32; COUNT]> {
     let (centre, cell_m) = (grid.centre(place), grid.cell_m);
-    // Farther from the surface than half a diagonal nothing changes in the cube.
-    let reach = 0.87 * cell_m + volume.relief_m;
-    if volume.is_far(centre, reach) {
+    // What is between the centre and a sample, over which the surface is drawn, and what is between depths that are known.
+    let over_m = 0.5 * cell_m;
+    let reach_m = 0.5 * cell_m + volume.relief_m + 0.5 * (over_m - volume.edge_m).max(0.0) + 0.25 * volume.voxel_m;
+    if reach_m < volume.band_m && volume.depth(centre) < -reach_m {
         return None;
     }
-    let depth = volume.depth(centre);
-    if reach < volume.band_m && depth < -reach {
-        return None;
-    }
-    if depth > reach + volume.edge_m && centre.z - 0.5 * cell_m > volume.base_m + volume.edge_m {
-        return Some([1.0; COUNT]);
-    }
-    let filled = samples().map(|at| volume.density(centre + at * cell_m, 0.5 * cell_m) as f32);
+    let filled = volume.densities(centre, SAMPLE * cell_m, over_m).map(|density| density as f32);
     filled.iter().any(|&filled| filled > 0.0).then_some(filled)
 }

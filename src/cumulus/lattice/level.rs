@@ -6,8 +6,8 @@ use super::sweep::{Border, EDGE, State};
 use glam::Vec4;
 use rayon::prelude::*;
 
-/// A row that comes back to where it began is followed over so many cubes before it that no more of their light is left than this.
-const LEFT: f32 = 1e-4;
+/// A row comes back to where it began: what left its end is followed until no more of it is left than this.
+const LEFT: f32 = 1e-5;
 
 /// What a row takes out of light on its way round, at least: sums of single precision hold no less.
 const LEAST: f32 = 1e-5;
@@ -34,10 +34,7 @@ struct Slice<'a> {
 
 impl Level {
     pub(super) fn new(grid: &Grid, set: &Set) -> Self {
-        let mut slices = vec![0];
-        for slice in set.places.chunk_by(|a, b| a[2] == b[2]) {
-            slices.push(slices[slices.len() - 1] + slice.len());
-        }
+        let slices = set.slices(grid.size[2]);
         let orders = slices.par_windows(2).map(|ends| {
             let places = &set.places[ends[0]..ends[1]];
             let mut order: Vec<u32> = (0..places.len() as u32).collect();
@@ -87,7 +84,7 @@ impl Slice<'_> {
 
     fn one_way<'a>(
         &self,
-        row: impl DoubleEndedIterator<Item = &'a u32> + Clone,
+        row: impl Iterator<Item = &'a u32> + Clone,
         [axis, back]: [usize; 2],
         size: u32,
         sums: &mut [State],
@@ -98,57 +95,53 @@ impl Slice<'_> {
             if back == 1 { size - 1 - at } else { at }
         };
         let sign = if back == 1 { -1.0 } else { 1.0 };
-        let mut light = Passing { radiance: beyond, last: None };
-        // Where the row comes from: the last cubes, until nothing is left of what was before them.
-        let (mut left, mut count, mut before, mut last) = (Vec4::ONE, 0, None, None);
-        for &number in row.clone().rev() {
-            let cloudy = self.clouds[number as usize] as usize;
-            let Some(&density) = self.cloud.densities.get(cloudy) else { continue };
-            let at = place(number);
-            left *= self.border.follow(before.unwrap_or(at + 1) - at, self.cell_m)
-                * self.cloud.passages.of(density)[0].transmittance;
-            count += 1;
-            before = Some(at);
-            last = last.or(before);
-            if left.truncate().max_element() < LEFT {
-                break;
-            }
-        }
-        let lead = row.clone().rev().filter(|&&number| (self.clouds[number as usize] as usize) < self.state.len());
-        let lead: Vec<u32> = lead.take(count).copied().collect();
-        for &number in lead.iter().rev() {
-            self.visit(number, place(number), [axis, back], beyond, &mut light);
-        }
-        light.last = light.last.map(|last| last - i64::from(size));
-        if left.truncate().max_element() >= LEFT
-            && let (Some(first), Some(last)) = (before, last)
-        {
-            // The whole row leaves some of what it came in with: so it does each time round.
-            let round = left * self.border.follow(first + size - last, self.cell_m);
-            light.radiance = beyond + (light.radiance - beyond) / (Vec4::ONE - round).max(Vec4::splat(LEAST));
-        }
-        for &number in row {
-            let mean = self.visit(number, place(number), [axis, back], beyond, &mut light);
+        let mut add = |number: u32, mean: Vec4| {
             let sum = &mut sums[number as usize];
             sum.0[0] += EDGE * mean;
             sum.0[1 + axis] += sign * EDGE * mean;
+        };
+        let mut light = Passing { radiance: beyond, left: Vec4::ONE, last: None };
+        let mut first = None;
+        for &number in row.clone() {
+            let at = place(number);
+            add(number, self.visit(number, at, [axis, back], beyond, &mut light));
+            first = first.or(light.last);
+        }
+        let (Some(first), Some(last)) = (first, light.last) else { return };
+        // What left the row's end comes in at its beginning, and so it does each time round.
+        let came = self.border.follow(first + size - last, self.cell_m);
+        let round = (Vec4::ONE - came * light.left).max(Vec4::splat(LEAST));
+        let mut more = light.radiance - beyond;
+        more += light.left * came * more / round;
+        let (mut left, mut before) = (Vec4::ONE, i64::from(last) - i64::from(size));
+        for &number in row {
+            let at = place(number);
+            let steps = (i64::from(at) - before) as u32;
+            let follow = if steps == 1 { 1.0 } else { self.border.follow(steps, self.cell_m) };
+            let cloudy = self.clouds[number as usize] as usize;
+            let Some(&density) = self.cloud.densities.get(cloudy) else {
+                add(number, follow * more);
+                continue;
+            };
+            let passage = &self.cloud.passages.of(density)[0];
+            add(number, follow * more * passage.mean);
+            more *= follow * passage.transmittance;
+            left *= follow * passage.transmittance;
+            before = at.into();
+            if left.truncate().max_element() < LEFT {
+                break;
+            }
         }
     }
 
     /// Light in a cube in the mean over the row's way through it.
     #[inline]
     fn visit(&self, number: u32, at: u32, [axis, back]: [usize; 2], beyond: Vec4, light: &mut Passing) -> Vec4 {
-        let arrives = match light.last {
-            None => beyond,
-            Some(last) => {
-                let steps = (i64::from(at) - last) as u32;
-                if steps == 1 {
-                    light.radiance
-                } else {
-                    beyond + self.border.follow(steps, self.cell_m) * (light.radiance - beyond)
-                }
-            }
+        let follow = match light.last {
+            Some(last) if at - last > 1 => self.border.follow(at - last, self.cell_m),
+            _ => 1.0,
         };
+        let arrives = if follow < 1.0 { beyond + follow * (light.radiance - beyond) } else { light.radiance };
         let cloudy = self.clouds[number as usize] as usize;
         let Some(of) = self.state.get(cloudy) else { return arrives };
         let source = self.border.source(self.cloud.sun[cloudy], of);
@@ -157,13 +150,15 @@ impl Slice<'_> {
         let passage = &self.cloud.passages.of(self.cloud.densities[cloudy])[0];
         let from = arrives - source;
         light.radiance = source + from * passage.transmittance;
-        light.last = Some(i64::from(at));
+        light.left *= follow * passage.transmittance;
+        light.last = Some(at);
         source + from * passage.mean
     }
 }
 
-/// Light as it left the last cube of cloud, and where that was.
+/// Light as it left the last cube of cloud, what is left of that which came in, and where that was.
 struct Passing {
     radiance: Vec4,
-    last: Option<i64>,
+    left: Vec4,
+    last: Option<u32>,
 }

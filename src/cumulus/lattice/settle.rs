@@ -4,6 +4,7 @@ use super::cells::Cells;
 use super::coarse::Coarse;
 use super::lighting::Lighting;
 use super::mixing::Mixing;
+use super::rise::Rise;
 use super::sweep::{Border, State, Sweep};
 use std::f64::consts::PI;
 
@@ -42,6 +43,8 @@ impl Enough {
 /// Light in the cubes of cloud.
 pub(super) struct Settled {
     pub(super) state: Vec<State>,
+    /// What ran over them, to be used again.
+    pub(super) rises: [Rise; 2],
     pub(super) iterations: usize,
     pub(super) change: f64,
 }
@@ -77,5 +80,5 @@ pub(super) fn settle<E>(
         }
         mixing.mix(&mut state);
     }
-    Ok(Settled { state, iterations, change })
+    Ok(Settled { state, rises: sweep.rises, iterations, change })
 }

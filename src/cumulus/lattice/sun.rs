@@ -2,8 +2,9 @@
 
 use super::lighting::Lighting;
 use crate::cumulus::march::Ray;
+use crate::cumulus::rough::Rough;
 use crate::cumulus::volume::Volume;
-use glam::{DVec3, Vec4, dvec3};
+use glam::{DVec3, Vec4};
 use std::f64::consts::PI;
 
 /// Optical depth towards the sun, after the forward peak counts as not scattered, beyond which nothing arrives.
@@ -15,39 +16,46 @@ const SOFT_DEPTH: f64 = 0.5;
 /// A sun ray is followed over so many domains at most.
 const DOMAINS: f64 = 4.0;
 /// Distance of the samples of a cube from its centre along each axis, in cubes: Gauss's.
-const SAMPLE: f64 = 0.288_675_134_594_812_9;
+pub(super) const SAMPLE: f64 = 0.288_675_134_594_812_9;
 /// Samples of a cube.
 pub(super) const COUNT: usize = 8;
 
-/// Places of the samples of a cube, from its centre in cubes: along x, then y, then z.
-pub(super) fn samples() -> [DVec3; COUNT] {
-    let side = |after: usize| if after == 1 { SAMPLE } else { -SAMPLE };
-    std::array::from_fn(|i| dvec3(side(i & 1), side(i >> 1 & 1), side(i >> 2)))
+/// Finds depths as of the lattice.
+pub(super) struct SunRays<'a> {
+    volume: &'a Volume,
+    rough: Rough<'a>,
+    back: DVec3,
+    extinction_per_m: f64,
+    cell_m: f64,
 }
 
-/// As of the lattice.
-pub(super) fn sun_depth(volume: &Volume, lighting: &Lighting, from: DVec3, cell_m: f64) -> f64 {
-    let extinction = lighting.extinction_per_m[1];
-    let enough_m = DARK / (extinction * lighting.scattering[1].kept);
-    let farthest = DOMAINS * volume.extent_m;
-    let ray = Ray { from, towards: lighting.towards_sun };
-    let soft_m = (SOFT * cell_m).min(SOFT_DEPTH / extinction);
-    let length_m = volume.rough_length_m(ray, farthest, enough_m, soft_m);
-    if length_m > 0.0 {
-        return extinction * length_m;
+impl<'a> SunRays<'a> {
+    pub(super) fn new(volume: &'a Volume, lighting: &Lighting, cell_m: f64) -> Self {
+        let extinction = lighting.extinction_per_m[1];
+        let enough_m = DARK / (extinction * lighting.scattering[1].kept);
+        let soft_m = (SOFT * cell_m).min(SOFT_DEPTH / extinction);
+        let rough = Rough::new(volume, lighting.towards_sun, DOMAINS * volume.extent_m, enough_m, soft_m);
+        Self { volume, rough, back: -lighting.towards_sun, extinction_per_m: extinction, cell_m }
     }
-    let mut gap_m = cell_m;
-    let back = Ray { from, towards: -lighting.towards_sun };
-    volume.march(
-        back,
-        cell_m,
-        |_| 0.0,
-        |step| {
-            gap_m = step.from_m;
-            false
-        },
-    );
-    -extinction * gap_m
+
+    pub(super) fn depth(&self, from: DVec3) -> f64 {
+        let length_m = self.rough.length_m(from);
+        if length_m > 0.0 {
+            return self.extinction_per_m * length_m;
+        }
+        let mut gap_m = self.cell_m;
+        let back = Ray { from, towards: self.back };
+        self.volume.march(
+            back,
+            self.cell_m,
+            |_| 0.0,
+            |step| {
+                gap_m = step.from_m;
+                false
+            },
+        );
+        -self.extinction_per_m * gap_m
+    }
 }
 
 /// Sunlight in a cube over 4 pi, in the mean over its samples, by their density and the signed depths of the cubes around: linear between

@@ -84,7 +84,7 @@ pub(super) type Leaving = [DVec4; 2];
 /// What runs over a set of cubes. Sums have the same order on any number of cores.
 pub(super) struct Sweep<'a> {
     set: &'a Set,
-    rises: [Rise; 2],
+    pub(super) rises: [Rise; 2],
     level: Level,
     /// Of light that rises, sinks, and goes level.
     pub(super) sums: [Vec<State>; 3],
@@ -92,9 +92,14 @@ pub(super) struct Sweep<'a> {
 
 impl<'a> Sweep<'a> {
     pub(super) fn new(grid: &Grid, set: &'a Set) -> Self {
+        Self::again([Way::Up, Way::Down].map(|way| Rise::new(grid, way)), grid, set)
+    }
+
+    /// With what has run over other cubes of the same grid.
+    pub(super) fn again(rises: [Rise; 2], grid: &Grid, set: &'a Set) -> Self {
         Self {
             set,
-            rises: [Way::Up, Way::Down].map(|way| Rise::new(grid, way)),
+            rises,
             level: Level::new(grid, set),
             sums: std::array::from_fn(|_| vec![State::default(); set.places.len()]),
         }
