@@ -312,6 +312,20 @@ fn skies_of_images_of_any_size() {
     }
 }
 
+/// Columns that stand or hang.
+#[test]
+fn skies_of_columns() {
+    let mut thickness = pattern("open", 0.6);
+    thickness["law"] = json!("gamma");
+    for top_m in [None, Some(2400.0)] {
+        for (number, eye) in EYES.into_iter().enumerate() {
+            eprintln!("top {top_m:?}, eye at {eye}");
+            let sky = Sky { thickness: thickness.clone(), top_m, ..Sky::at(50.0) };
+            check_all(&sky.stages("sky", &query(PROJECTIONS[number % PROJECTIONS.len()], eye, "tabulated")));
+        }
+    }
+}
+
 #[test]
 fn unfiltered_skies() {
     for eye in EYES {

@@ -29,7 +29,7 @@ pub(crate) fn path(file: &str) -> String {
     format!("{}/tests/data/broken_air/{file}", env!("CARGO_MANIFEST_DIR"))
 }
 
-/// A scene: one of those that come with the program under other air, sun and ground.
+/// A scene: one of the folder's under other air, sun and ground.
 pub(crate) fn scene(name: &str) -> Value {
     let (file, atmosphere, ground, zenith_deg) = match name {
         "clear_30" => ("broken", json!("clear"), 0.2, 30.0),
@@ -38,9 +38,10 @@ pub(crate) fn scene(name: &str) -> Value {
         "layers_70" => ("layers", json!("clear"), 0.05, 70.0),
         other => unreachable!("{other}"),
     };
-    let file = format!("{}/config/scenes/{file}.json", env!("CARGO_MANIFEST_DIR"));
-    let mut scene: Value =
-        std::fs::read_to_string(file).ok().and_then(|text| serde_json::from_str(&text).ok()).unwrap_or_default();
+    let mut scene: Value = std::fs::read_to_string(path(&format!("{file}.json")))
+        .ok()
+        .and_then(|text| serde_json::from_str(&text).ok())
+        .unwrap_or_default();
     scene["atmosphere"] = atmosphere;
     scene["ground"]["albedo"] = json!(ground);
     scene["sun"]["zenith_deg"] = json!(zenith_deg);
