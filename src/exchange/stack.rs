@@ -218,21 +218,17 @@ impl<const N: usize> Column<N> {
         for pivot in 0..N {
             let (from, share) = (system[pivot], 1.0 / system[pivot][pivot]);
             let (from_back, from_sun, from_sky) = (back[pivot], sun[pivot], sky[pivot]);
-            for row in 0..N {
-                let factor = if row == pivot { 0.0 } else { system[row][pivot] * share };
+            for row in (0..N).filter(|row| *row != pivot) {
+                let factor = system[row][pivot] * share;
                 // Before the pivot all is 0 but for rounding.
-                for l in pivot..N {
-                    system[row][l] -= factor * from[l];
-                }
-                for l in 0..N {
-                    back[row][l] -= factor * from_back[l];
-                }
+                system[row].iter_mut().zip(from).skip(pivot).for_each(|(to, from)| *to -= factor * from);
+                back[row].iter_mut().zip(from_back).for_each(|(to, from)| *to -= factor * from);
                 sun[row] -= factor * from_sun;
                 sky[row] -= factor * from_sky;
             }
         }
-        for k in 0..N {
-            let share = 1.0 / system[k][k];
+        for (k, row) in system.iter().enumerate() {
+            let share = 1.0 / row[k];
             sun[k] *= share;
             sky[k] *= share;
             back[k] = back[k].map(|value| value * share);
@@ -331,7 +327,7 @@ impl Stack {
         let tasks = maps.zip(stack.whole.par_chunks_mut(3 * TEXELS)).zip(faces.par_iter_mut()).enumerate();
         tasks.for_each(|(task, (((diffuse, not_reflected), whole), faces))| {
             for (at, (diffuse, not_reflected)) in diffuse.iter_mut().zip(not_reflected).enumerate() {
-                for colour in 0..3 {
+                for colour in [0, 1, 2] {
                     let own = 3 * at + colour;
                     let faces = &mut faces[own * count..(own + 1) * count];
                     let place = [task * TEXELS + at, colour];
