@@ -31,7 +31,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
             // From the shift of the disc's middle, which the host wraps in double precision.
             let apart = (towards.xy / cosine - frame.sun.towards.xy / frame.sun.slant_cosine) * (frame.place.base_m / frame.place.extent_m);
             let base_uv = uv + frame.place.shift_uv + select(vec2<f32>(0.0), vec2<f32>(apart.x, -apart.y), frame.sun.discs > 1u);
-            let path_m = path_in_layer(thickness, bounds, repeat, frame, base_uv, towards);
+            let path_m = path_while_lit(thickness, bounds, repeat, base_uv, towards);
             with_peak += vec4<f32>(sun_through(path_m).beam, exp(-frame.medium.beam_550 * frame.medium.extinction_550 * path_m));
             without += vec4<f32>(exp(-frame.medium.extinction * path_m), exp(-frame.medium.extinction_550 * path_m));
             count += 1.0;

@@ -28,14 +28,16 @@ pub struct Layer<'a> {
 /// light is even.
 pub type StackAngles<'a> = &'a [[AngleSlice; 3]];
 
-/// Layers as one cloud, seen from below.
+/// Layers as one cloud, seen from below, and what light from the ground makes of the light on them.
 #[derive(Clone, Debug)]
-pub struct Stack<'a> {
-    layers: &'a [Layer<'a>],
-    angles: StackAngles<'a>,
-    sky: [f64; 3],
+pub struct Stack {
+    layers: usize,
     diffuse: Vec<[f32; 3]>,
     not_reflected: Vec<[f32; 3]>,
+    /// By texel, colour, layer: on top and base.
+    faces: Vec<[Parts<f32>; 2]>,
+    /// By texel and colour.
+    whole: Vec<Whole>,
 }
 
 /// Diffuse light on the faces of a layer: horizontal irradiance.
@@ -69,10 +71,27 @@ type Moments<const N: usize> = [f64; N];
 /// Between moments.
 type Matrix<const N: usize> = [[f64; N]; N];
 
+/// Light by where it comes from: it is the sum of what layers scatter of the sun's, of the sky's, and of so much for each unit of light
+/// from the ground.
+#[derive(Clone, Copy, Debug, Default)]
+struct Parts<T> {
+    sun: T,
+    sky: T,
+    ground: T,
+}
+
+/// What leaves a stack upwards, and what its layers keep.
+#[derive(Clone, Copy, Debug, Default)]
+struct Whole {
+    escaping: Parts<f32>,
+    kept: Parts<f32>,
+}
+
 /// Light in one texel and colour as all that is above a layer leaves it.
 struct Above<const N: usize> {
-    /// Coming down if nothing came up.
-    down: Moments<N>,
+    /// Coming down if nothing came up. None of it is the ground's.
+    sun: Moments<N>,
+    sky: Moments<N>,
     /// Sent back of light from below.
     sent_back: Matrix<N>,
     /// One minus its first entry, with all digits.
@@ -88,12 +107,22 @@ struct Column<const N: usize> {
     not_reflected: f64,
 }
 
-/// Light in one texel and colour on the faces of a layer, and what it keeps of it.
-#[derive(Clone, Copy, Default)]
-struct Faces {
-    from_above: f64,
-    from_below: f64,
-    kept: f64,
+/// Light on the top of a layer, all that goes to and fro above it counted.
+struct OnTop<const N: usize> {
+    /// If nothing came through it from below.
+    sun: Moments<N>,
+    sky: Moments<N>,
+    /// Of what comes through it from below.
+    sent_back: Matrix<N>,
+}
+
+/// What a stack makes of light in a texel and colour.
+struct Found<const N: usize> {
+    /// Sent up.
+    up: Parts<Moments<N>>,
+    kept: Parts<f64>,
+    diffuse: f64,
+    not_reflected: f64,
 }
 
 fn applied<const N: usize>(matrix: &Matrix<N>, light: &Moments<N>) -> Moments<N> {
@@ -114,11 +143,35 @@ fn symmetric<const N: usize>(first: f64, [b, c, d, e, f]: [f64; 5]) -> Matrix<N>
     std::array::from_fn(|k| std::array::from_fn(|l| all[k][l]))
 }
 
-impl<const N: usize> Above<N> {
-    /// Nothing above sends light back.
-    fn sky(sky: f64) -> Self {
-        let down = std::array::from_fn(|k| if k == 0 { sky } else { 0.0 });
-        Self { down, sent_back: [[0.0; N]; N], not_sent_back: 1.0 }
+/// Even light.
+fn even<const N: usize>(flux: f64) -> Moments<N> {
+    std::array::from_fn(|k| if k == 0 { flux } else { 0.0 })
+}
+
+impl<T: Copy> Parts<T> {
+    fn each<U>(&self, of: impl Fn(T) -> U) -> Parts<U> {
+        Parts { sun: of(self.sun), sky: of(self.sky), ground: of(self.ground) }
+    }
+
+    fn with<U: Copy, V>(&self, other: &Parts<U>, of: impl Fn(T, U) -> V) -> Parts<V> {
+        Parts { sun: of(self.sun, other.sun), sky: of(self.sky, other.sky), ground: of(self.ground, other.ground) }
+    }
+}
+
+impl Parts<f64> {
+    /// As it is kept: memory, not arithmetic, is what wide domains of several layers are short of.
+    fn rounded(&self) -> Parts<f32> {
+        self.each(|part| part as f32)
+    }
+}
+
+impl Parts<f32> {
+    fn of_sky_and_ground(&self, ground: f32) -> f64 {
+        f64::from(self.sky) + f64::from(self.ground) * f64::from(ground)
+    }
+
+    fn all(&self, ground: f32) -> f64 {
+        f64::from(self.sun) + self.of_sky_and_ground(ground)
     }
 }
 
@@ -148,10 +201,10 @@ impl<const N: usize> Column<N> {
         (self.not_reflected - self.transmitted[0][0]) * light[0] - parts.sum::<f64>()
     }
 
-    /// What between this layer and all above it becomes of light on the way down, `arriving`, which goes to and fro there:
-    /// the columns of `arriving` over `1 - sent back * reflected`, by elimination. The first pivot, which may be tiny, is formed
-    /// without differences. Nothing else comes near 0: beyond the flux nothing goes to and fro for long.
-    fn between<const M: usize>(&self, above: &Above<N>, arriving: [[f64; M]; N]) -> [[f64; M]; N] {
+    /// What between this layer and all above it becomes of light on the way down, which goes to and fro there: that over
+    /// `1 - sent back * reflected`, by elimination. The first pivot, which may be tiny, is formed without differences. Nothing else
+    /// comes near 0: beyond the flux nothing goes to and fro for long.
+    fn on_top(&self, above: &Above<N>) -> OnTop<N> {
         let Above { sent_back, not_sent_back, .. } = above;
         let round_trip = product(sent_back, &self.reflected);
         let mut system: Matrix<N> =
@@ -159,51 +212,132 @@ impl<const N: usize> Column<N> {
         let others: f64 = (1..N).map(|k| sent_back[0][k] * self.reflected[k][0]).sum();
         let leaving = not_sent_back + (1.0 - not_sent_back) * self.not_reflected;
         system[0][0] = (leaving - others).max(LEAST_LEAVING);
-        let mut solved = arriving;
+        // What the layer sends up of its own light comes back as well.
+        let mut sun = sum(&above.sun, &applied(sent_back, &self.up));
+        let (mut sky, mut back) = (above.sky, *sent_back);
         for pivot in 0..N {
-            let (system_row, solved_row) = (system[pivot], solved[pivot]);
+            let (from, share) = (system[pivot], 1.0 / system[pivot][pivot]);
+            let (from_back, from_sun, from_sky) = (back[pivot], sun[pivot], sky[pivot]);
             for row in (0..N).filter(|row| *row != pivot) {
-                let factor = system[row][pivot] / system_row[pivot];
-                system[row].iter_mut().zip(system_row).skip(pivot).for_each(|(to, from)| *to -= factor * from);
-                solved[row].iter_mut().zip(solved_row).for_each(|(to, from)| *to -= factor * from);
+                let factor = system[row][pivot] * share;
+                // Before the pivot all is 0 but for rounding.
+                system[row].iter_mut().zip(from).skip(pivot).for_each(|(to, from)| *to -= factor * from);
+                back[row].iter_mut().zip(from_back).for_each(|(to, from)| *to -= factor * from);
+                sun[row] -= factor * from_sun;
+                sky[row] -= factor * from_sky;
             }
         }
-        std::array::from_fn(|k| solved[k].map(|value| value / system[k][k]))
+        for (k, row) in system.iter().enumerate() {
+            let share = 1.0 / row[k];
+            sun[k] *= share;
+            sky[k] *= share;
+            back[k] = back[k].map(|value| value * share);
+        }
+        OnTop { sun, sky, sent_back: back }
     }
 
-    /// Light on the top: what comes down, and what the layer sends up, its own light and that `through` it, and gets back.
-    fn on_top(&self, above: &Above<N>, through: &Moments<N>) -> Moments<N> {
-        let arriving = sum(&above.down, &applied(&above.sent_back, &sum(&self.up, through)));
-        self.between(above, arriving.map(|moment| [moment])).map(|[moment]| moment)
-    }
-
-    /// The stack down to and with this layer, from the stack above it.
-    fn add(&self, above: &Above<N>) -> Above<N> {
-        let on_top = self.on_top(above, &[0.0; N]);
-        let sent_down = self.between(above, product(&above.sent_back, &self.transmitted));
+    /// The stack down to and with this layer.
+    fn add(&self, on_top: &OnTop<N>) -> Above<N> {
+        let sent_down = product(&on_top.sent_back, &self.transmitted);
         let passing = product(&self.transmitted, &sent_down);
         let not_sent_back = self.not_reflected - passing[0][0];
         let mut sent_back: Matrix<N> =
             std::array::from_fn(|k| std::array::from_fn(|l| self.reflected[k][l] + passing[k][l]));
         sent_back[0][0] = 1.0 - not_sent_back;
-        Above { down: sum(&self.down, &applied(&self.transmitted, &on_top)), sent_back, not_sent_back }
+        let sun = sum(&self.down, &applied(&self.transmitted, &on_top.sun));
+        Above { sun, sky: applied(&self.transmitted, &on_top.sky), sent_back, not_sent_back }
     }
 }
 
-impl<'a> Stack<'a> {
+/// What is solved: the layers, the angles of their light, and the sky's.
+struct Given<'a> {
+    layers: &'a [Layer<'a>],
+    angles: StackAngles<'a>,
+    sky: [f64; 3],
+}
+
+impl Given<'_> {
+    /// What a texel's layers make of light, in a colour.
+    fn solve<const N: usize>(&self, place: [usize; 2], faces: &mut [[Parts<f32>; 2]]) -> Found<N> {
+        let open = Above { sun: [0.0; N], sky: even(self.sky[place[1]]), sent_back: [[0.0; N]; N], not_sent_back: 1.0 };
+        self.descend(open, 0, place, faces)
+    }
+
+    /// The same of the layers from one on downwards, under what is `above` them.
+    fn descend<const N: usize>(
+        &self,
+        above: Above<N>,
+        number: usize,
+        [texel, colour]: [usize; 2],
+        faces: &mut [[Parts<f32>; 2]],
+    ) -> Found<N> {
+        let Some((own, lower)) = faces.split_first_mut() else {
+            return Found {
+                up: Parts { sun: [0.0; N], sky: [0.0; N], ground: even(1.0) },
+                kept: Parts::default(),
+                diffuse: above.sun[0] + above.sky[0],
+                not_reflected: above.not_sent_back,
+            };
+        };
+        let column = Column::<N>::new(&self.layers[number], self.angles.get(number), texel, colour);
+        // Nothing above the first sends light back.
+        let on_top = match number {
+            0 => OnTop { sun: above.sun, sky: above.sky, sent_back: above.sent_back },
+            _ => column.on_top(&above),
+        };
+        let Found { up: below, kept, diffuse, not_reflected } =
+            self.descend(column.add(&on_top), number + 1, [texel, colour], lower);
+        let through = below.each(|light| applied(&column.transmitted, &light));
+        let alone = Parts { sun: on_top.sun, sky: on_top.sky, ground: [0.0; N] };
+        let arriving = alone.with(&through, |alone, through| sum(&alone, &applied(&on_top.sent_back, &through)));
+        *own = [&arriving, &below].map(|light| light.each(|light| light[0]).rounded());
+        let absorbed = arriving.with(&below, |down, up| column.absorbed(&down) + column.absorbed(&up));
+        let kept = kept.with(&absorbed, |lower, own| lower + own);
+        let mut up = through.with(&arriving, |through, down| sum(&through, &applied(&column.reflected, &down)));
+        up.sun = sum(&up.sun, &column.up);
+        Found { up, kept, diffuse, not_reflected }
+    }
+}
+
+/// Texels that one task takes.
+const TEXELS: usize = 64;
+
+impl Stack {
     /// Adds `layers`, from top to bottom, of `texels` texels each, under even skylight: its horizontal irradiance, >= 0. `angles`
     /// are those of all layers, or none.
     ///
     /// # Panics
     /// If a map has fewer texels.
     #[must_use]
-    pub fn new(layers: &'a [Layer<'a>], angles: StackAngles<'a>, texels: usize, sky: [f64; 3]) -> Self {
-        let mut stack = Self { layers, angles, sky, diffuse: Vec::new(), not_reflected: Vec::new() };
-        let whole = |texel: usize| match angles {
-            [] => stack.whole::<1>(texel),
-            _ => stack.whole::<MOMENTS>(texel),
+    pub fn new(layers: &[Layer<'_>], angles: StackAngles<'_>, texels: usize, sky: [f64; 3]) -> Self {
+        let (given, count) = (Given { layers, angles, sky }, layers.len());
+        let mut stack = Self {
+            layers: count,
+            diffuse: vec![[0.0; 3]; texels],
+            not_reflected: vec![[0.0; 3]; texels],
+            faces: vec![Default::default(); 3 * texels * count],
+            whole: vec![Whole::default(); 3 * texels],
         };
-        (stack.diffuse, stack.not_reflected) = (0..texels).into_par_iter().map(whole).unzip();
+        // With no layer there are no faces to cut up.
+        let mut faces: Vec<&mut [[Parts<f32>; 2]]> = match count {
+            0 => (0..texels.div_ceil(TEXELS)).map(|_| &mut [][..]).collect(),
+            _ => stack.faces.chunks_mut(3 * TEXELS * count).collect(),
+        };
+        let maps = stack.diffuse.par_chunks_mut(TEXELS).zip(stack.not_reflected.par_chunks_mut(TEXELS));
+        let tasks = maps.zip(stack.whole.par_chunks_mut(3 * TEXELS)).zip(faces.par_iter_mut()).enumerate();
+        tasks.for_each(|(task, (((diffuse, not_reflected), whole), faces))| {
+            for (at, (diffuse, not_reflected)) in diffuse.iter_mut().zip(not_reflected).enumerate() {
+                for colour in [0, 1, 2] {
+                    let own = 3 * at + colour;
+                    let faces = &mut faces[own * count..(own + 1) * count];
+                    let place = [task * TEXELS + at, colour];
+                    (diffuse[colour], not_reflected[colour], whole[own]) = match angles {
+                        [] => given.solve::<1>(place, faces).in_short(),
+                        _ => given.solve::<MOMENTS>(place, faces).in_short(),
+                    };
+                }
+            }
+        });
         stack
     }
 
@@ -219,95 +353,49 @@ impl<'a> Stack<'a> {
         &self.not_reflected
     }
 
-    /// Without the sunlight that it scatters where it is not `sunlit`.
-    fn column<const N: usize>(&self, layer: usize, [texel, colour]: [usize; 2], sunlit: bool) -> Column<N> {
-        let column = Column::new(&self.layers[layer], self.angles.get(layer), texel, colour);
-        if sunlit { column } else { Column { down: [0.0; N], up: [0.0; N], ..column } }
-    }
-
-    fn whole<const N: usize>(&self, texel: usize) -> ([f32; 3], [f32; 3]) {
-        let colours = [0, 1, 2].map(|colour| {
-            let from_sky = Above::<N>::sky(self.sky[colour]);
-            (0..self.layers.len()).fold(from_sky, |above, layer| self.column(layer, [texel, colour], true).add(&above))
-        });
-        (colours.each_ref().map(|whole| whole.down[0] as f32), colours.map(|whole| whole.not_sent_back as f32))
-    }
-
-    /// Light on the faces of the layers from one on downwards, in a texel and colour, under what is `above` them, with the sunlight that
-    /// they scatter or without; returns what they send up.
-    fn descend<const N: usize>(
-        &self,
-        above: &Above<N>,
-        (layer, place, sunlit): (usize, [usize; 2], bool),
-        ground: f64,
-        faces: &mut [Faces],
-    ) -> Moments<N> {
-        let Some((own, lower)) = faces.split_first_mut() else {
-            return std::array::from_fn(|k| if k == 0 { ground } else { 0.0 });
-        };
-        let column = self.column::<N>(layer, place, sunlit);
-        let below = self.descend(&column.add(above), (layer + 1, place, sunlit), ground, lower);
-        let through = applied(&column.transmitted, &below);
-        let on_top = column.on_top(above, &through);
-        let kept = column.absorbed(&on_top) + column.absorbed(&below);
-        *own = Faces { from_above: on_top[0], from_below: below[0], kept };
-        sum(&sum(&column.up, &through), &applied(&column.reflected, &on_top))
-    }
-
-    /// Light on the faces of all layers in a texel and colour, from top to bottom; returns what escapes.
-    fn lit<const N: usize>(&self, place: [usize; 2], ground: f64, sunlit: bool, faces: &mut [Faces]) -> f64 {
-        self.descend(&Above::<N>::sky(self.sky[place[1]]), (0, place, sunlit), ground, faces)[0]
-    }
-
     /// Light on all layers when the lowest base gets the irradiance `upwelling` from the ground.
     ///
     /// # Panics
     /// If the map has fewer texels than the layers.
     #[must_use]
     pub fn light(&self, upwelling: &[[f32; 3]]) -> StackLight {
-        let (texels, count) = (self.diffuse.len(), self.layers.len());
-        let of_texel = |texel: usize, sunlit: bool, faces: &mut [Faces]| {
-            [0, 1, 2].map(|colour| {
-                let (ground, faces) =
-                    (upwelling[texel][colour].into(), &mut faces[colour * count..(colour + 1) * count]);
-                let escaping = match self.angles {
-                    [] => self.lit::<1>([texel, colour], ground, sunlit, faces),
-                    _ => self.lit::<MOMENTS>([texel, colour], ground, sunlit, faces),
+        let (texels, count) = (self.diffuse.len(), self.layers);
+        let colours = [0, 1, 2];
+        let layers = |value: fn(&Parts<f32>, f32) -> f64| -> Vec<LayerLight> {
+            let map = |layer: usize, face: usize| -> Vec<[f32; 3]> {
+                let at = |texel: usize, colour: usize| {
+                    let parts = &self.faces[(3 * texel + colour) * count + layer][face];
+                    value(parts, upwelling[texel][colour]) as f32
                 };
-                escaping as f32
-            })
-        };
-        let solved = |sunlit: bool| {
-            let mut faces = vec![Faces::default(); 3 * count * texels];
-            let escaping: Vec<[f32; 3]> = match count {
-                0 => upwelling[..texels].to_vec(),
-                _ => {
-                    let chunks = faces.par_chunks_exact_mut(3 * count).enumerate();
-                    chunks.map(|(i, faces)| of_texel(i, sunlit, faces)).collect()
-                }
+                (0..texels).into_par_iter().map(|texel| colours.map(|colour| at(texel, colour))).collect()
             };
-            (faces, escaping)
+            (0..count).map(|layer| LayerLight { from_above: map(layer, 0), from_below: map(layer, 1) }).collect()
         };
-        let index = |layer: usize, texel: usize, colour: usize| (3 * texel + colour) * count + layer;
-        let layers = |faces: &[Faces]| -> Vec<LayerLight> {
-            let map = |layer: usize, value: fn(&Faces) -> f64| -> Vec<[f32; 3]> {
-                let at = |texel: usize, colour: usize| value(&faces[index(layer, texel, colour)]) as f32;
-                (0..texels).map(|texel| [0, 1, 2].map(|colour| at(texel, colour))).collect()
-            };
-            let layer = |layer: usize| LayerLight {
-                from_above: map(layer, |faces| faces.from_above),
-                from_below: map(layer, |faces| faces.from_below),
-            };
-            (0..count).map(layer).collect()
+        let whole = |texel: usize, colour: usize| (&self.whole[3 * texel + colour], upwelling[texel][colour]);
+        let escaping = |texel: usize, colour: usize| {
+            let (Whole { escaping, .. }, ground) = whole(texel, colour);
+            escaping.all(ground) as f32
         };
-        let (faces, escaping) = solved(true);
         let kept = |colour: usize| {
-            let of_texel = |texel: usize| (0..count).map(|layer| faces[index(layer, texel, colour)].kept).sum::<f64>();
+            let of_texel = |texel: usize| {
+                let (Whole { kept, .. }, ground) = whole(texel, colour);
+                kept.all(ground)
+            };
             (0..texels).map(of_texel).sum::<f64>() / texels.max(1) as f64
         };
-        let absorbed = [0, 1, 2].map(kept);
-        // Of one layer they are the same.
-        let of_sky_and_ground = if count > 1 { layers(&solved(false).0) } else { layers(&faces) };
-        StackLight { layers: layers(&faces), of_sky_and_ground, escaping, absorbed }
+        StackLight {
+            layers: layers(Parts::all),
+            of_sky_and_ground: layers(Parts::of_sky_and_ground),
+            escaping: (0..texels).map(|texel| colours.map(|colour| escaping(texel, colour))).collect(),
+            absorbed: colours.map(kept),
+        }
+    }
+}
+
+impl<const N: usize> Found<N> {
+    /// Light that leaves the lowest base downwards, what of light from below does not come back, and what the ground's light makes.
+    fn in_short(&self) -> (f32, f32, Whole) {
+        let whole = Whole { escaping: self.up.each(|light| light[0]).rounded(), kept: self.kept.rounded() };
+        (self.diffuse as f32, self.not_reflected as f32, whole)
     }
 }

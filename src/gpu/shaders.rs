@@ -43,6 +43,7 @@ const PATH_SAMPLED_COLUMNS: &str = wgsl!("shared/path_sampled_columns");
 const PROJECTION: &str = wgsl!("shared/projection");
 const SLAB: &str = wgsl!("shared/slab");
 const SUN: &str = wgsl!("shared/sun");
+const SUN_RAY: &str = wgsl!("shared/sun_ray");
 const SPHERE: &str = wgsl!("shared/sphere");
 const AIR: &str = wgsl!("shared/air");
 const CLOUD: &str = wgsl!("shared/cloud");
@@ -119,8 +120,8 @@ shaders! {
     BASE_BEAM_COLUMNS: "base_beam_columns" of "base_beam", IMAGE, [COLUMNS, MARCH, PATH_COLUMNS, SLAB, SUN];
     BASE_COLUMN: "base_column", IMAGE, [SLAB];
     SUN_SHARE: "sun_share", IMAGE, [];
-    GROUND_SUN: "ground_sun", IMAGE, [MARCH, PATH, SLAB, SUN];
-    GROUND_SUN_COLUMNS: "ground_sun_columns" of "ground_sun", IMAGE, [COLUMNS, MARCH, PATH_COLUMNS, SLAB, SUN];
+    GROUND_SUN: "ground_sun", IMAGE, [MARCH, PATH, SLAB, SUN, SUN_RAY];
+    GROUND_SUN_COLUMNS: "ground_sun_columns" of "ground_sun", IMAGE, [COLUMNS, MARCH, PATH_COLUMNS, SLAB, SUN, SUN_RAY];
     THICKNESS: "thickness", IMAGE, [SHEET];
     THICKNESS_COLUMNS: "thickness_columns" of "thickness", IMAGE, [COLUMNS];
     SHADOW: "shadow", IMAGE, [];

@@ -6,7 +6,7 @@ use crate::exchange::stack::{Layer, LayerLight, Stack};
 use crate::exchange::{Kernel, Problem, Solver, exchange};
 use crate::gpu::layout::Share;
 use crate::method::Transport;
-use crate::periodic::bilinear;
+use crate::periodic;
 use std::f64::consts::PI;
 
 /// Maps of a layer on the exchange grid, relative to the sun's horizontal irradiance above all layers (see the shaders
@@ -76,10 +76,20 @@ fn passing_part(through: f32, light: f64) -> f64 {
 }
 
 /// A map as it is at other places.
-fn shifted(side: usize, [u, v]: [f64; 2], value: &dyn Fn(usize) -> [f64; 3]) -> Vec<[f64; 3]> {
-    let centre = |i: usize| (i as f64 + 0.5) / side as f64;
-    let at = |x: usize, y: usize| value(y * side + x);
-    (0..side * side).map(|i| bilinear([side; 2], [centre(i % side) + u, centre(i / side) + v], at)).collect()
+fn shifted(side: usize, [u, v]: [f64; 2], value: impl Fn(usize) -> [f64; 3]) -> Vec<[f64; 3]> {
+    let map: Vec<[f64; 3]> = (0..side * side).map(value).collect();
+    let place = |at: usize, shift: f64| periodic::Between::new((at as f64 + 0.5) / side as f64 + shift, side);
+    let across: Vec<periodic::Between> = (0..side).map(|x| place(x, u)).collect();
+    let mut shifted = Vec::with_capacity(side * side);
+    for y in (0..side).map(|y| place(y, v)) {
+        let [north, south] = [y.low, y.high].map(|y| &map[y * side..][..side]);
+        shifted.extend(across.iter().map(|x| {
+            let row = |row: &[[f64; 3]]| colours(|c| row[x.low][c] + (row[x.high][c] - row[x.low][c]) * x.part);
+            let (north, south) = (row(north), row(south));
+            colours(|c| north[c] + (south[c] - north[c]) * y.part)
+        }));
+    }
+    shifted
 }
 
 /// What layers turned by more than the ground's beam and by less than what goes on, and those below let by: it leaves the layer
@@ -94,7 +104,7 @@ fn wide(columns: &[ColumnMaps], inputs: &LightInputs<'_>) -> Vec<[f64; 3]> {
     let weight = 0.5 * f64::from(entry_weight(inputs.transport));
     let goes_on = |map: &[[f32; 4]], i: usize| colours(|c| map[i][c].into());
     let above = |number: usize, map: fn(&ColumnMaps) -> &[[f32; 4]]| match columns.get(number + 1) {
-        Some(above) => shifted(side, inputs.layers[number].above_uv, &|i| goes_on(map(above), i)),
+        Some(above) => shifted(side, inputs.layers[number].above_uv, |i| goes_on(map(above), i)),
         None => vec![[1.0; 3]; side * side],
     };
     let lit: Vec<_> = (0..columns.len()).map(|number| above(number, |maps| &maps.beam)).collect();
@@ -119,7 +129,7 @@ fn wide(columns: &[ColumnMaps], inputs: &LightInputs<'_>) -> Vec<[f64; 3]> {
         let mut away = [0.0; 2];
         for below in (0..number).rev() {
             away = [0, 1].map(|axis| away[axis] - inputs.layers[below].above_uv[axis]);
-            for (left, part) in left.iter_mut().zip(shifted(side, away, &|i| passing(below, i))) {
+            for (left, part) in left.iter_mut().zip(shifted(side, away, |i| passing(below, i))) {
                 *left = colours(|c| left[c] * part[c]);
             }
         }
@@ -195,7 +205,7 @@ pub(super) fn solve(columns: &[ColumnMaps], inputs: &LightInputs<'_>) -> Between
     let lowest = &columns[0];
     let at_base = |i: usize| colours(|c| f64::from((sun[c] * f64::from(lowest.ground_beam[i][c])) as f32));
     let beam: Vec<[f32; 3]> =
-        shifted(side, inputs.shift_uv, &at_base).into_iter().map(|texel| texel.map(|value| value as f32)).collect();
+        shifted(side, inputs.shift_uv, at_base).into_iter().map(|texel| texel.map(|value| value as f32)).collect();
     let mut downs: Vec<Vec<[f32; 3]>> = sources.iter().map(|[down, ..]| down.clone()).collect();
     if let Some(down) = downs.last_mut() {
         let wide = wide(columns, inputs);

@@ -3,6 +3,7 @@
 use super::columns::Columns;
 use super::grid::Grid;
 use super::lighting::Lighting;
+use crate::periodic::Between;
 use glam::{DVec3, Vec4};
 use half::f16;
 use rayon::prelude::*;
@@ -35,6 +36,11 @@ pub struct SunDepths {
     pub depths: Vec<f16>,
 }
 
+/// The cube of a place, of so many along a side of the domain.
+fn cube(part: f64, count: usize) -> usize {
+    ((part * count as f64) as usize).min(count - 1)
+}
+
 /// What a line has met on its way down.
 #[derive(Debug, Clone, Copy)]
 struct Line {
@@ -60,6 +66,18 @@ pub(super) struct Rays<'a> {
     /// What counts of a colour's depth per depth at 550 nm.
     kept: Vec4,
     grey: bool,
+    /// The columns' tops: most of what is looked at.
+    tops: Vec<f32>,
+}
+
+/// Where the lines of a row are at a level: the same in all rows.
+struct Across {
+    /// Columns about a line, and how far it is from the first to the second.
+    west: u32,
+    east: u32,
+    right: f32,
+    /// The cube that it is in.
+    cube: u32,
 }
 
 impl<'a> Rays<'a> {
@@ -80,7 +98,26 @@ impl<'a> Rays<'a> {
             depth_per_m: (lighting.extinction_per_m[1] / z) as f32,
             kept: Vec4::new(kept(0), kept(1), kept(2), 1.0),
             grey: kept(0) == kept(1) && kept(2) == kept(1),
+            tops: columns.texels.iter().map(|texel| texel[1]).collect(),
         }
+    }
+
+    /// Where a line is along an axis in the middle of a level, parts of the domain.
+    fn at(&self, number: usize, axis: usize, level: usize) -> f64 {
+        let Grid { extent_m, cell_m, .. } = *self.grid;
+        let middle_m = (level as f64 + 0.5) * cell_m / STEPS as f64;
+        let place_m = (number as f64 + 0.5) * cell_m / self.lines as f64 + self.slope[axis] * middle_m;
+        (place_m / extent_m).rem_euclid(1.0)
+    }
+
+    fn across(&self, level: usize) -> Vec<Across> {
+        let (width, nx) = (self.columns.size[0], self.grid.size[0]);
+        let line = |number: usize| {
+            let place = self.at(number, 0, level);
+            let Between { low, high, part } = Between::new(place, width);
+            Across { west: low as u32, east: high as u32, right: part as f32, cube: cube(place, nx) as u32 }
+        };
+        (0..nx * self.lines).map(line).collect()
     }
 
     /// Of each cube of the grid: density, and the mean over its cloud of the sunlight that arrives, parts of that above. And the depths of the
@@ -94,8 +131,9 @@ impl<'a> Rays<'a> {
         let heights = nz * STEPS / KEPT_STEPS + 1;
         let mut depths = vec![f16::ZERO; across * across * heights];
         for level in (0..nz * STEPS).rev() {
+            let places = self.across(level);
             let rows = lines.par_chunks_mut(across).enumerate();
-            let rows = rows.map(|(row, lines)| self.row(row, level, lines)).collect::<Vec<_>>();
+            let rows = rows.map(|(row, lines)| self.row(row, level, &places, lines)).collect::<Vec<_>>();
             let slice = &mut cubes[level / STEPS * nx * ny..][..nx * ny];
             for (y, sums) in rows {
                 for (cube, sum) in slice[y * nx..][..nx].iter_mut().zip(sums) {
@@ -122,44 +160,30 @@ impl<'a> Rays<'a> {
     }
 
     /// A row of lines at a level: the row of cubes that it is in, and sums over these.
-    fn row(&self, row: usize, level: usize, lines: &mut [Line]) -> (usize, Vec<(f32, Vec4)>) {
+    fn row(&self, row: usize, level: usize, places: &[Across], lines: &mut [Line]) -> (usize, Vec<(f32, Vec4)>) {
         let Self { columns, grid, .. } = self;
         let [nx, ny, _] = grid.size;
         let [width, height] = columns.size;
-        let (extent_m, step_m) = (grid.extent_m, grid.cell_m / STEPS as f64);
-        let spacing_m = grid.cell_m / self.lines as f64;
-        let low_m = level as f64 * step_m;
-        // Where lines are in the middle of the level.
-        let at = |number: usize, axis: usize| {
-            let place_m = (number as f64 + 0.5) * spacing_m + self.slope[axis] * (low_m + 0.5 * step_m);
-            (place_m / extent_m).rem_euclid(1.0)
-        };
-        let cube = |part: f64, count: usize| ((part * count as f64) as usize).min(count - 1);
-        let texel = |part: f64, count: usize| (part * count as f64 - 0.5).rem_euclid(count as f64);
-        let v = at(row, 1);
+        let step_m = grid.cell_m / STEPS as f64;
+        let v = self.at(row, 1, level);
         let mut sums = vec![(0.0_f32, Vec4::ZERO); nx];
-        let y = texel(v, height);
-        let (north, south) = ((y as usize).min(height - 1), (y as usize + 1) % height);
-        let down = y.fract() as f32;
+        let Between { low: north, high: south, part } = Between::new(v, height);
+        let down = part as f32;
+        let tops = [north, south].map(|y| &self.tops[y * width..][..width]);
         let [north, south] = [north, south].map(|y| &columns.texels[y * width..][..width]);
-        let (mut x, along) = (texel(at(0, 0), width), width as f64 / lines.len() as f64);
-        let (low, step) = (low_m as f32, step_m as f32);
-        for (number, line) in lines.iter_mut().enumerate() {
-            let (west, east) = ((x as usize).min(width - 1), (x as usize + 1) % width);
-            let right = x.fract() as f32;
-            x += along;
-            if x >= width as f64 {
-                x -= width as f64;
-            }
-            let between = |part: usize| {
-                let upper = north[west][part] + right * (north[east][part] - north[west][part]);
-                let lower = south[west][part] + right * (south[east][part] - south[west][part]);
+        let (low, step) = ((level as f64 * step_m) as f32, step_m as f32);
+        for (line, Across { west, east, right, cube }) in lines.iter_mut().zip(places) {
+            let (west, east) = (*west as usize, *east as usize);
+            let of = |[a, b, c, d]: [f32; 4]| {
+                let (upper, lower) = (a + right * (b - a), c + right * (d - c));
                 upper + down * (lower - upper)
             };
-            let top = between(1);
+            let top = of([tops[0][west], tops[0][east], tops[1][west], tops[1][east]]);
             if top <= low {
                 continue;
             }
+            let between =
+                |part: usize| of([north[west], north[east], south[west], south[east]].map(|texel| texel[part]));
             let (path, base) = (between(0), between(2));
             let inside = top.min(low + step) - base.max(low);
             if path <= 0.0 || inside <= 0.0 {
@@ -167,7 +191,7 @@ impl<'a> Rays<'a> {
             }
             let density = path / (top - base).max(LEAST_M);
             let within = density * inside * self.depth_per_m;
-            let sum = &mut sums[cube(at(number, 0), nx)];
+            let sum = &mut sums[*cube as usize];
             let part = density * inside / step;
             sum.0 += part;
             sum.1 += part * self.arriving(&mut line.left, within);
