@@ -7,7 +7,7 @@ struct SampledPath {
 }
 
 // The ray starts from_m above the base, at start_uv, and climbs by rise_m along up. steps: samples for each texel of the level
-// that it crosses.
+// that it crosses: see path_lines.
 fn path_sampled(
     map: texture_2d<f32>,
     trilinear: sampler,
@@ -22,21 +22,19 @@ fn path_sampled(
     let cosine = max(up.z, MIN_COSINE);
     let start = start_uv + frame.place.offset_uv;
     let way_uv = vec2<f32>(up.x, -up.y) * (rise_m / (cosine * frame.place.extent_m));
-    let size = textureDimensions(map);
-    let crossed = length(way_uv) * f32(max(size.x, size.y)) * exp2(-level);
-    let count = u32(clamp(ceil(steps * crossed), 1.0, PATH_MOST_STEPS));
-    let piece = 1.0 / f32(count);
-    let piece_m = rise_m * piece;
+    let lines = path_lines(map, level, start, way_uv, steps);
     // Optical depth per metre of height.
     let per_metre = frame.medium.extinction_550 / cosine;
     var before = sample_level(map, trilinear, start, level).x - from_m;
+    var done = 0.0;
     var sum = 0.0;
     var left = 1.0;
     // Weighted heights and weights.
     var low = vec2<f32>(0.0);
     var high = vec2<f32>(0.0);
-    for (var i = 0u; i < count; i++) {
-        let part = f32(i + 1u) * piece;
+    for (var i = 0u; i < lines.count; i++) {
+        let part = path_part(lines, i);
+        let piece_m = rise_m * (part - done);
         let above = sample_level(map, trilinear, start + way_uv * part, level).x - from_m - rise_m * part;
         // Part of the piece in cloud, at the end where the ray is in it.
         let inside = (max(before, 0.0) + max(above, 0.0)) / max(abs(before) + abs(above), 1e-9);
@@ -49,6 +47,7 @@ fn path_sampled(
         high = passing * high + kept * vec2<f32>(middle_m, 1.0);
         left *= passing;
         before = above;
+        done = part;
     }
     return SampledPath(sum / cosine, low.x / max(low.y, 1e-30), high.x / max(high.y, 1e-30));
 }

@@ -7,7 +7,7 @@ struct SampledPath {
 }
 
 // The ray starts from_m above the base plane, at start_uv, and climbs by rise_m along up. steps: samples for each texel of the
-// level that it crosses.
+// level that it crosses: see path_lines.
 fn path_sampled(
     map: texture_2d<f32>,
     trilinear: sampler,
@@ -22,21 +22,21 @@ fn path_sampled(
     let cosine = max(up.z, MIN_COSINE);
     let start = start_uv + frame.place.offset_uv;
     let way_uv = vec2<f32>(up.x, -up.y) * (rise_m / (cosine * frame.place.extent_m));
-    let size = textureDimensions(map);
-    let crossed = length(way_uv) * f32(max(size.x, size.y)) * exp2(-level);
-    let count = u32(clamp(ceil(steps * crossed), 1.0, PATH_MOST_STEPS));
-    let piece_m = rise_m / f32(count);
+    let lines = path_lines(map, level, start, way_uv, steps);
     // Optical depth per metre of height.
     let per_metre = frame.medium.extinction_550 / cosine;
     var before = sample_level(map, trilinear, start, level);
+    var done = 0.0;
     var sum = 0.0;
     var left = 1.0;
     // Weighted heights and weights.
     var low = vec2<f32>(0.0);
     var high = vec2<f32>(0.0);
-    for (var i = 0u; i < count; i++) {
-        let height_m = f32(i) * piece_m;
-        let after = sample_level(map, trilinear, start + way_uv * (f32(i + 1u) / f32(count)), level);
+    for (var i = 0u; i < lines.count; i++) {
+        let height_m = done * rise_m;
+        let part = path_part(lines, i);
+        let piece_m = (part - done) * rise_m;
+        let after = sample_level(map, trilinear, start + way_uv * part, level);
         let piece = column_piece(before, after, from_m + vec2<f32>(height_m, height_m + piece_m));
         let path_m = piece.density * (piece.ends.y - piece.ends.x) * piece_m;
         sum += path_m;
@@ -47,6 +47,7 @@ fn path_sampled(
         high = passing * high + kept * vec2<f32>(middle_m, 1.0);
         left *= passing;
         before = after;
+        done = part;
     }
     return SampledPath(sum / cosine, low.x / max(low.y, 1e-30), high.x / max(high.y, 1e-30));
 }

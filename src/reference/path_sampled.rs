@@ -40,24 +40,23 @@ pub fn path_sampled(levels: &[Map], level: f64, frame: &Frame, stretch: &Stretch
     let cosine = up.z.max(MIN_COSINE);
     let start = start_uv + vec2(frame.place.offset_uv);
     let way_uv = dvec2(up.x, -up.y) * (rise_m / (cosine * f64::from(frame.place.extent_m)));
-    let crossed = way_uv.length() * levels[0].width.max(levels[0].height) as f64 * (-level).exp2();
-    let count = (steps * crossed).ceil().clamp(1.0, PATH_MOST_STEPS);
-    let piece_m = rise_m / count;
+    let per_uv = dvec2(levels[0].width as f64, levels[0].height as f64) * (steps * (-level).exp2());
+    let parts = parts(start * per_uv - 0.5 * steps * (-level).exp2(), way_uv * per_uv);
     // Optical depth per metre of height.
     let per_metre = f64::from(frame.medium.extinction_550) / cosine;
     if is_ragged(frame) {
         let at = |part: f64| Map::sample_level(levels, (start + way_uv * part).to_array(), level);
-        return sampled_columns(at, count as u32, stretch, cosine, per_metre);
+        return sampled_columns(at, parts, stretch, cosine, per_metre);
     }
     // Height of the cloud's top above the ray.
     let above_at =
         |part: f64| Map::sample_level(levels, (start + way_uv * part).to_array(), level)[0] - from_m - rise_m * part;
-    let mut before = above_at(0.0);
+    let (mut before, mut done) = (above_at(0.0), 0.0);
     let (mut sum, mut left) = (0.0, 1.0);
     // Weighted heights and weights.
     let (mut low, mut high) = (DVec2::ZERO, DVec2::ZERO);
-    for i in 0..count as u32 {
-        let part = f64::from(i + 1) / count;
+    for part in parts {
+        let piece_m = rise_m * (part - done);
         let above = above_at(part);
         // Part of the piece in cloud, at the end where the ray is in it.
         let inside = (before.max(0.0) + above.max(0.0)) / (before.abs() + above.abs()).max(1e-9);
@@ -69,27 +68,38 @@ pub fn path_sampled(levels: &[Map], level: f64, frame: &Frame, stretch: &Stretch
         low += left * kept * dvec2(middle_m, 1.0);
         high = (1.0 - kept) * high + kept * dvec2(middle_m, 1.0);
         left *= 1.0 - kept;
-        before = above;
+        (before, done) = (above, part);
     }
     let mean = |sums: DVec2| sums.x / sums.y.max(1e-30);
     SampledPath { length_m: sum / cosine, low_m: mean(low), high_m: mean(high) }
 }
 
+/// Where samples lie, as parts of a way that goes from a place by `lines`, both counted in lines on each axis: on
+/// the lines of the axis that it crosses more of, and at its end. Twin of `shaders/shared/path_lines.wgsl`.
+fn parts(place: DVec2, lines: DVec2) -> impl Iterator<Item = f64> {
+    let (place, crossed) = if lines.x.abs() >= lines.y.abs() { (place.x, lines.x) } else { (place.y, lines.y) };
+    let spacing = (1.0 / crossed.abs().max(1e-6)).max(1.0 / (PATH_MOST_STEPS - 2.0));
+    let beyond = place - place.floor();
+    let first = spacing * if crossed > 0.0 { 1.0 - beyond } else { beyond };
+    let count = (((1.0 - first) / spacing).ceil() + 1.0).clamp(1.0, PATH_MOST_STEPS);
+    (0..count as u32).map(move |i| (first + f64::from(i) * spacing).min(1.0))
+}
+
 /// The same of columns, `at` parts of the stretch. Twin of `shaders/shared/path_sampled_columns.wgsl`.
 fn sampled_columns(
     at: impl Fn(f64) -> Column,
-    count: u32,
+    parts: impl Iterator<Item = f64>,
     stretch: &Stretch,
     cosine: f64,
     per_metre: f64,
 ) -> SampledPath {
-    let piece_m = stretch.rise_m / f64::from(count);
-    let mut before = at(0.0);
+    let (mut before, mut done) = (at(0.0), 0.0);
     let (mut sum, mut left) = (0.0, 1.0);
     let (mut low, mut high) = (DVec2::ZERO, DVec2::ZERO);
-    for i in 0..count {
-        let height_m = f64::from(i) * piece_m;
-        let after = at(f64::from(i + 1) / f64::from(count));
+    for part in parts {
+        let height_m = done * stretch.rise_m;
+        let piece_m = (part - done) * stretch.rise_m;
+        let after = at(part);
         let heights_m = [height_m, height_m + piece_m].map(|height_m| stretch.from_m + height_m);
         if let Some(piece) = column_piece(before, after, heights_m) {
             let path_m = piece.density * (piece.ends[1] - piece.ends[0]) * piece_m;
@@ -100,7 +110,7 @@ fn sampled_columns(
             high = (1.0 - kept) * high + kept * dvec2(middle_m, 1.0);
             left *= 1.0 - kept;
         }
-        before = after;
+        (before, done) = (after, part);
     }
     let mean = |sums: DVec2| sums.x / sums.y.max(1e-30);
     SampledPath { length_m: sum / cosine, low_m: mean(low), high_m: mean(high) }
