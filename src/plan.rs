@@ -108,16 +108,16 @@ pub struct SkyDetail {
     pub coarseness: f64,
     /// Samples of the map for each of its texels that a ray crosses.
     pub steps: f64,
-    /// Relative error of broken clouds within 10 km against point rays on the exact map, root mean square over a texel of a
-    /// degree (tests/sky_view.rs); a good part of it is the mean over the texel, which is wanted.
+    /// Relative error of a texel's light where broken clouds are many, 3 to 10 degrees from the horizontal, root mean square: the largest
+    /// of the chart `sky-view`, that of an eye above them.
     pub error: f64,
 }
 
-/// How a sky is looked at, from so large a tolerance on. A finer look is slower by a half each, and errs less only near the
-/// horizon, where many clouds are one texel.
+/// How a sky is looked at, from so large a tolerance on (docs/charts/README.md, sky-view). The first saves a fifth, the finest costs half as
+/// much again; what they err differs near the horizon, where many clouds are one texel.
 pub(crate) const SKY_DETAIL: [(SkyDetail, f64); 2] = [
-    (SkyDetail { rays: 4, texels_per_ray: 8.0, coarseness: 1.0, steps: 0.5, error: 0.38 }, 0.1),
-    (SkyDetail { rays: 4, texels_per_ray: 8.0, coarseness: 0.0, steps: 1.0, error: 0.17 }, 0.01),
+    (SkyDetail { rays: 4, texels_per_ray: 8.0, coarseness: 1.0, steps: 0.5, error: 0.36 }, 0.1),
+    (SkyDetail { rays: 4, texels_per_ray: 8.0, coarseness: 0.0, steps: 1.0, error: 0.14 }, 0.01),
 ];
 /// The finest look.
 pub(crate) const FINEST_SKY: SkyDetail =

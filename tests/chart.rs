@@ -4,6 +4,9 @@
 
 use skyloom::chart::{CHARTS, Chart, ErrorSummary, SLAB_MEDIA, SlabRow, slab_errors};
 use skyloom::method::SlabMethod;
+use skyloom::plan::Plan;
+use skyloom::request::Request;
+use skyloom::scene::Scene;
 use skyloom::tables::{Detail, TableLibrary};
 use std::path::PathBuf;
 
@@ -178,6 +181,28 @@ fn light_errs_less_by_slanted_rays_than_by_columns() {
         let [marched, noise, ..] = row("broken", "ground direct", "marched", sun);
         let [tangent, ..] = row("broken", "ground direct", "column at h tan", sun);
         assert!(marched < 0.01 && noise < 0.01 && tangent > 0.1, "{sun}: {marched} +- {noise}, {tangent}");
+    }
+}
+
+/// The plan counts on the largest error of this chart between 3 and 10 degrees from the horizontal, to a digit more than it tells.
+#[test]
+fn skies_err_by_what_the_plan_counts_on() {
+    let table = committed("sky-view.csv");
+    let planned = |rays: &str, steps: &str| {
+        let rows = table.iter().filter(|row| row[1] == "planned" && row[3] == rays && row[6] == steps);
+        let errors: Vec<f64> = rows.map(|row| row[8].parse().unwrap()).collect();
+        assert_eq!(errors.len(), 4);
+        errors.into_iter().fold(0.0, f64::max)
+    };
+    let scene = r#"{"layers": [{"base_m": 1000, "droplets": {"effective_radius_um": 7}, "thickness": {"kind": "stratocumulus",
+        "pattern": "open", "mean_m": 300, "coverage": 0.55}}]}"#;
+    let scene = Scene::from_json(scene.as_bytes()).unwrap();
+    for (tolerance, rays, steps) in [("0.1", "4", "0.5"), ("0.02", "4", "1"), ("0.003", "8", "2")] {
+        let query = [("tolerance".to_owned(), tolerance.to_owned())];
+        let request = Request::parse("sky", "f32", &query).unwrap().of(&scene).unwrap();
+        let found = Plan::new(&request, &scene).sky.error;
+        let charted = planned(rays, steps);
+        assert!((found - charted).abs() < 0.006, "{tolerance}: {found}, {charted}");
     }
 }
 

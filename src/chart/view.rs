@@ -257,4 +257,4 @@ fn drawn(found: &[Found]) -> Figure {
 }
 
 /// Range of errors that is drawn, percent.
-const ERRORS: [f64; 2] = [0.1, 100.0];
+const ERRORS: [f64; 2] = [1.0, 100.0];
