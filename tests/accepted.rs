@@ -232,7 +232,7 @@ fn extremes() -> Vec<Value> {
             json!([
                 { "base_m": 5, "thickness": field(json!({ "coverage": 0 })), "droplets": closed(0.85, 1.0), "wind": storm },
                 { "base_m": 6, "thickness": field(json!({ "mean_m": 0 })), "droplets": closed(0.85, 1.0) },
-                { "base_m": 3, "thickness": field(json!({ "pattern": "streets", "law": "gamma", "cell_m": 1 })), "droplets": closed(0.85, 1.0), "wind": storm },
+                { "base_m": 6.5, "thickness": field(json!({ "pattern": "streets", "law": "gamma", "cell_m": 1 })), "droplets": closed(0.85, 1.0), "wind": storm },
                 { "base_m": 7, "thickness": field(json!({ "mean_m": 1e-300, "coverage": 0.5, "pattern": "fractal" })), "droplets": closed(0.85, 1.0) },
             ]),
         ),

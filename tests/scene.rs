@@ -402,14 +402,10 @@ fn shapes_that_say_too_much_or_too_little_are_told() {
         (json!({"thickness": {"kind": "stratocumulus", "spread": 0.5}}), "thickness/spread", "\"law\": \"gamma\""),
         (json!({"thickness": {"kind": "stratocumulus", "law": "normal"}}), "thickness/law", "lognormal, gamma"),
         (json!({"thickness": {"kind": "stratocumulus", "law": "gamma", "spread": 2}}), "thickness/spread", "1.5"),
-        (
-            json!({"thickness": {"kind": "stratocumulus", "pattern": "streets"}}),
-            "thickness/pattern",
-            "\"law\": \"gamma\"",
-        ),
+        (json!({"thickness": {"kind": "stratocumulus", "pattern": "streets"}}), "thickness/law", "\"law\": \"gamma\""),
         (
             json!({"thickness": {"kind": "stratocumulus", "pattern": "streets", "law": "lognormal"}}),
-            "thickness/pattern",
+            "thickness/law",
             "\"law\": \"gamma\"",
         ),
         (json!({"base": heights, "top": heights, "thickness": uniform}), "thickness", "leave it out"),

@@ -257,7 +257,7 @@ pub(super) fn thickness(reader: &mut Reader, layer: &Object<'_>, resolve: Resolv
             let law = law(reader, &object);
             if let (Some((_, Pattern::Streets)), Some(DepthLaw::Lognormal)) = (pattern, law) {
                 let detail = "`streets` are of the gamma law: say `\"law\": \"gamma\"` with them";
-                reader.wrong(object.at("pattern"), detail);
+                reader.wrong(object.at("law"), detail);
                 return None;
             }
             Some(Thickness::Stratocumulus(Stratocumulus {
