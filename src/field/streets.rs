@@ -5,6 +5,8 @@ use super::eddies::{BANDS, uniform};
 use crate::gpu::layout::Streets;
 use std::f64::consts::TAU;
 
+/// Waves, those of the same cycles counted apart.
+const WAVES: usize = 32;
 /// Scatter of wave numbers across the rows and along them, of the rows' own: how even the spacing is, and how straight rows are.
 const SCATTER: [f64; 2] = [0.12, 0.08];
 /// Least scatter, cycles: with whole cycles alone there are several waves even where a domain holds few rows.
@@ -30,12 +32,12 @@ pub(super) fn streets(seed: u32, rows: f64, upwind: [f64; 2], resolution: u32) -
         count: 0,
         spare_0: 0,
         spare_1: 0,
-        waves: [[0.0; 4]; Streets::WAVES],
+        waves: [[0.0; 4]; WAVES],
     };
     let first_turn = uniform(seed, BANDS, 0, 1);
-    for i in 0..Streets::WAVES {
+    for i in 0..WAVES {
         // A normal distribution in two dimensions (Box and Muller 1958), at even steps of its radius.
-        let radius = (-2.0 * ((i as f64 + 0.5) / Streets::WAVES as f64).ln()).sqrt();
+        let radius = (-2.0 * ((i as f64 + 0.5) / WAVES as f64).ln()).sqrt();
         let (sine, cosine) = (TAU * (first_turn + NEXT_TURN * i as f64)).sin_cos();
         let offset = [scatter[0] * radius * cosine, scatter[1] * radius * sine];
         let nearest = |offset: [f64; 2]| {
@@ -52,7 +54,7 @@ pub(super) fn streets(seed: u32, rows: f64, upwind: [f64; 2], resolution: u32) -
             known[place] = [cycles[0], cycles[1], uniform(seed, BANDS, i, 2) as f32, 0.0];
         }
         // Variances add up, to 1 in all.
-        known[place][3] = known[place][3].hypot((2.0 / Streets::WAVES as f32).sqrt());
+        known[place][3] = known[place][3].hypot((2.0 / WAVES as f32).sqrt());
     }
     streets
 }

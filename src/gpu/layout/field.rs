@@ -51,12 +51,7 @@ pub struct Streets {
     /// Unused.
     pub spare_1: u32,
     /// Of each: whole cycles a tile eastwards and southwards, phase in turns, amplitude.
-    pub waves: [[f32; 4]; Streets::WAVES],
-}
-
-impl Streets {
-    /// Waves at most.
-    pub const WAVES: usize = 32;
+    pub waves: [[f32; 4]; 32],
 }
 
 /// Phases of the eddies' four bands at one moment.
