@@ -17,6 +17,7 @@ mod map;
 mod motion;
 mod spectrum;
 mod statistics;
+mod streets;
 mod synthetic;
 mod transfer;
 
@@ -24,7 +25,7 @@ use crate::gpu::layout::{Blend, Eddies, Histogram, Step};
 use crate::gpu::{Gpu, GpuError, HostMap, Pass, Target, binds, shaders};
 use crate::image::Image;
 use crate::scene::quantity::{FillValue, Quantity as _};
-use crate::scene::{self, Shape, Thickness, Wind};
+use crate::scene::{self, Pattern, Shape, Thickness, Wind};
 pub(crate) use columns::ColumnMap;
 use image_metres::metres;
 pub(crate) use levels::{Levels, levels};
@@ -35,7 +36,7 @@ pub use spectrum::power_spectrum;
 pub(crate) use statistics::mean_m;
 pub use statistics::{Column, Profile, profile};
 use std::time::Instant;
-use synthetic::Synthetic;
+use synthetic::{Domain, Synthetic};
 pub use synthetic::{Law, Noise, SyntheticStages};
 pub use transfer::{Distribution, Transfer, calibrate, remap};
 
@@ -116,6 +117,14 @@ pub(crate) fn moves(shape: &Shape, wind: &Wind) -> bool {
     wind.turbulence_m_s.get() > 0.0 && uneven && !shape.has_maps()
 }
 
+/// Where the wind comes from, degrees, where it is what a layer's map lies along.
+pub(crate) fn rows_from_deg(shape: &Shape, wind: &Wind) -> Option<f64> {
+    match &shape.thickness {
+        Some(Thickness::Stratocumulus(wanted)) if wanted.pattern == Pattern::Streets => Some(wind.from_deg.get()),
+        _ => None,
+    }
+}
+
 /// How fine a layer's field is, in words.
 pub(crate) fn octaves_in_words(shape: &Shape, resolution: u32) -> String {
     match &shape.thickness {
@@ -163,7 +172,9 @@ impl Source {
             (Given::Columns(columns), _) => Kind::Columns(Box::new(columns)),
             (_, Some(Thickness::Uniform(metres))) => Kind::Uniform(metres.get() as f32),
             (_, Some(Thickness::Stratocumulus(wanted))) => {
-                Kind::Synthetic(Box::new(Synthetic::new(gpu, wanted, hangs, resolution, extent_m, deadline)?))
+                let [east, north, _] = upwind(wind);
+                let domain = Domain { resolution, extent_m, upwind: [east, north] };
+                Kind::Synthetic(Box::new(Synthetic::new(gpu, wanted, hangs, domain, deadline)?))
             }
             (Given::Thickness(image), Some(Thickness::Map { scale_m, fill, .. })) => {
                 Kind::Image(Box::new(Picture::new(gpu, image, scale_m.get(), *fill)))
@@ -381,8 +392,13 @@ pub(crate) fn offsets(layer: &scene::Layer, time_s: f64, extent_m: f64) -> Offse
 /// How far the mean wind has carried a field by a time, as the offset to add to a place on the map: the map is read
 /// upwind. Kept in f64 and brought to one tile, so that it is exact after years.
 fn wind_offset(wind: &Wind, time_s: f64, extent_m: f64) -> [f64; 2] {
-    // Wind comes *from* its direction: upwind is towards it. Rows of a map run southwards.
-    let upwind = scene::direction(90.0, wind.from_deg.get());
+    // Rows of a map run southwards.
+    let upwind = upwind(wind);
     let tiles = wind.speed_m_s.get() * time_s / extent_m;
     [(tiles * upwind[0]).rem_euclid(1.0), (-tiles * upwind[1]).rem_euclid(1.0)]
+}
+
+/// Wind comes *from* its direction: upwind is towards it.
+fn upwind(wind: &Wind) -> [f64; 3] {
+    scene::direction(90.0, wind.from_deg.get())
 }

@@ -36,6 +36,7 @@ pub mod field_image;
 pub mod field_level;
 pub mod field_octaves;
 pub mod field_remap;
+pub mod field_streets;
 pub mod field_thickness;
 pub mod field_turned;
 pub mod field_velocity;

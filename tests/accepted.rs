@@ -120,8 +120,11 @@ fn thickness() -> impl Strategy<Value = Value> {
         json!({ "kind": "stratocumulus", "pattern": pattern, "mean_m": mean_m, "coverage": coverage, "cell_m": cell_m,
             "seed": seed })
     });
-    let columns = (field.clone(), number(0.2, 1.5)).prop_map(|(mut field, spread)| {
+    let columns = (field.clone(), number(0.2, 1.5), any::<bool>()).prop_map(|(mut field, spread, streets)| {
         field["law"] = json!("gamma");
+        if streets {
+            field["pattern"] = json!("streets");
+        }
         field["spread"] = json!(spread);
         field
     });
@@ -229,6 +232,7 @@ fn extremes() -> Vec<Value> {
             json!([
                 { "base_m": 5, "thickness": field(json!({ "coverage": 0 })), "droplets": closed(0.85, 1.0), "wind": storm },
                 { "base_m": 6, "thickness": field(json!({ "mean_m": 0 })), "droplets": closed(0.85, 1.0) },
+                { "base_m": 6.5, "thickness": field(json!({ "pattern": "streets", "law": "gamma", "cell_m": 1 })), "droplets": closed(0.85, 1.0), "wind": storm },
                 { "base_m": 7, "thickness": field(json!({ "mean_m": 1e-300, "coverage": 0.5, "pattern": "fractal" })), "droplets": closed(0.85, 1.0) },
             ]),
         ),

@@ -9,7 +9,7 @@ use naga::{Expression, Literal, Module, ShaderStage, TypeInner};
 use skyloom::cumulus::{self, dressed};
 use skyloom::gpu::layout::{
     self, Backdrop, Blend, Blur, Cells, Columns, Cumulus, CumulusSurface, Eddies, Frame, Histogram, LatticeLight,
-    Medium, Octaves, Placement, Remainder, Share, SkyView, Step, Sun, SunMaps, Transfer, Turned, View,
+    Medium, Octaves, Placement, Remainder, Share, SkyView, Step, Streets, Sun, SunMaps, Transfer, Turned, View,
 };
 use skyloom::gpu::shaders::{self, Shader};
 use skyloom::projection::SphereLayout;
@@ -163,6 +163,7 @@ fn host_layouts() -> Vec<(&'static str, Layout)> {
             depths_per_octave,
         }),
         host_layout!(Octaves { seed, first, count, width }),
+        host_layout!(Streets { width, count, spare_0, spare_1, waves }),
         host_layout!(Turned { seed, first, count, width, turns }),
         host_layout!(Columns { low, per_unit, scale_m, clip_m, lift_m, over_m, hang_m, spare }),
         host_layout!(Cells { seed, kind, count, width, coarser, finer, turns, spare }),

@@ -346,6 +346,7 @@ fn shapes_are_their_own_normal_form() {
     for fields in [
         json!({"flat": "top", "top_m": 900, "thickness": {"kind": "stratocumulus", "mean_m": 200}}),
         json!({"base_m": 700, "thickness": {"kind": "stratocumulus", "law": "gamma", "spread": 0.7}}),
+        json!({"thickness": {"kind": "stratocumulus", "pattern": "streets", "law": "gamma"}, "wind": {"from_deg": 30}}),
         json!({"flat": "top", "top_m": 900, "base": heights}),
         json!({"base": heights, "top": heights}),
         json!({"base": heights, "thickness": uniform, "optical_depth": depth}),
@@ -401,6 +402,12 @@ fn shapes_that_say_too_much_or_too_little_are_told() {
         (json!({"thickness": {"kind": "stratocumulus", "spread": 0.5}}), "thickness/spread", "\"law\": \"gamma\""),
         (json!({"thickness": {"kind": "stratocumulus", "law": "normal"}}), "thickness/law", "lognormal, gamma"),
         (json!({"thickness": {"kind": "stratocumulus", "law": "gamma", "spread": 2}}), "thickness/spread", "1.5"),
+        (json!({"thickness": {"kind": "stratocumulus", "pattern": "streets"}}), "thickness/law", "\"law\": \"gamma\""),
+        (
+            json!({"thickness": {"kind": "stratocumulus", "pattern": "streets", "law": "lognormal"}}),
+            "thickness/law",
+            "\"law\": \"gamma\"",
+        ),
         (json!({"base": heights, "top": heights, "thickness": uniform}), "thickness", "leave it out"),
         (json!({"base": heights, "base_m": 100, "thickness": uniform}), "base_m", "beside `base`"),
         (json!({"base_m": 100, "thickness": sheet, "optical_depth": depth}), "thickness/kind", "uniform, image"),

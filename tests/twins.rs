@@ -22,7 +22,7 @@ use glam::DVec2;
 use serde_json::json;
 use sky::{Sky, pattern, water, waves};
 use skyloom::field::{Law, Noise};
-use skyloom::gpu::layout::{Columns, Frame, Turned};
+use skyloom::gpu::layout::{Columns, Frame, Streets, Turned};
 use skyloom::method::{Method, Transport};
 use skyloom::reference::cloud::Shaded;
 use skyloom::reference::{self, Map};
@@ -97,6 +97,9 @@ fn check_field(stages: &Stages) {
             if let Some(cells) = cells {
                 check_map("field_cells", cells_map, &reference::field_cells::main(cells), CELLS);
             }
+            if let Some(streets) = &synthetic.streets {
+                check_map("field_streets", cells_map, &reference::field_streets::main(streets), waves_of(streets));
+            }
             let octaves: Vec<_> = synthetic.octaves.iter().map(|(_, noise)| map(noise)).collect();
             let cells_map = map(cells_map);
             let blended = reference::field_blend::main(&field.blend, &displacement, &octaves, &cells_map);
@@ -156,6 +159,13 @@ fn check_field(stages: &Stages) {
 fn turned(octaves: &Turned) -> Tolerance {
     let steps = octaves.turns.as_flattened().iter().map(|step| f64::from(step.abs())).fold(0.0, f64::max);
     Tolerance::new(2e-6 + 8.0 * ROUND * steps, 0.0)
+}
+
+/// Waves: an angle of up to half a turn whose part of a turn, up to 2, is rounded twice (1.5e-6), and its cosine (1.2e-7), by
+/// amplitude; and their sum.
+fn waves_of(streets: &Streets) -> Tolerance {
+    let sum: f64 = streets.waves.iter().map(|wave| f64::from(wave[3])).sum();
+    Tolerance::new(2e-6 * sum + ROUND * sum * f64::from(streets.count), 0.0)
 }
 
 /// Columns of a synthetic field: a path between two edges of a bin, whose place is known to its rounding; the power and exp of the
@@ -466,7 +476,7 @@ fn fields_of_every_pattern() {
 #[test]
 fn fields_of_columns() {
     for (name, coverage, spread) in
-        [("closed", 1.0, 0.3), ("open", 0.6, 0.9), ("fractal", 0.4, 1.5), ("open", 0.0, 1.0)]
+        [("closed", 1.0, 0.3), ("open", 0.6, 0.9), ("fractal", 0.4, 1.5), ("open", 0.0, 1.0), ("streets", 0.5, 0.9)]
     {
         let mut thickness = pattern(name, coverage);
         thickness["law"] = json!("gamma");
@@ -480,9 +490,14 @@ fn fields_of_columns() {
 
 #[test]
 fn fields_that_move() {
-    for (thickness, name) in
-        [(pattern("closed", 0.8), "closed"), (pattern("fractal", 0.5), "fractal"), (waves(), "image")]
-    {
+    let mut streets = pattern("streets", 0.5);
+    streets["law"] = json!("gamma");
+    for (thickness, name) in [
+        (pattern("closed", 0.8), "closed"),
+        (pattern("fractal", 0.5), "fractal"),
+        (streets, "streets"),
+        (waves(), "image"),
+    ] {
         for (turbulence_m_s, time) in [(1.5, "0"), (1.5, "1234.5"), (0.01, "100"), (50.0, "1e9")] {
             eprintln!("{name}, eddies of {turbulence_m_s} m/s, at {time} s");
             let sky = Sky { thickness: thickness.clone(), turbulence_m_s, ..Sky::at(50.0) };

@@ -266,6 +266,15 @@ struct Turned {
     turns: array<vec4<i32>, 4>, // of each: steps along and across a row of two lattices, no common divisor
 }
 
+// Plane waves of cloud streets.
+struct Streets {
+    width: u32,               // texels a side
+    count: u32,               // waves
+    spare_0: u32,
+    spare_1: u32,
+    waves: array<vec4<f32>, 32>, // of each: whole cycles a tile eastwards and southwards, phase in turns, amplitude
+}
+
 // From the optical depths of a field to columns.
 struct Columns {
     low: f32,                 // value at which the first bin begins

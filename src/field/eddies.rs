@@ -73,7 +73,7 @@ fn length([x, y]: [f64; 2]) -> f64 {
 }
 
 /// Uniform number in 0..1 from whole numbers (the finaliser of SplitMix64; Steele, Lea and Flood 2014).
-fn uniform(seed: u32, band: usize, wave: usize, which: u64) -> f64 {
+pub(super) fn uniform(seed: u32, band: usize, wave: usize, which: u64) -> f64 {
     let key = (u64::from(seed) << 32) | ((band as u64) << 16) | ((wave as u64) << 4) | which;
     let mut z = key.wrapping_add(0x9e37_79b9_7f4a_7c15).wrapping_mul(0xbf58_476d_1ce4_e5b9);
     z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);

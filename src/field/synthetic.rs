@@ -1,10 +1,11 @@
-//! Synthetic fields: octaves of noise with a -5/3 spectrum, and convective cells.
+//! Synthetic fields: octaves of noise with a -5/3 spectrum, and convective cells or streets.
 
 use super::gamma::GammaLaw;
 use super::lattices::turns;
 use super::map::{Field, bounds, count, find_bounds, read_bins};
+use super::streets::{rows, streets};
 use super::transfer::{self, Distribution, calibrate};
-use crate::gpu::layout::{Blend, Cells, Columns, Histogram, Octaves, Transfer, Turned};
+use crate::gpu::layout::{Blend, Cells, Columns, Histogram, Octaves, Streets, Transfer, Turned};
 use crate::gpu::{Gpu, GpuError, HostMap, Pass, Target, binds, shaders};
 use crate::scene::quantity::Quantity as _;
 use crate::scene::{DepthLaw, Pattern, Stratocumulus};
@@ -25,6 +26,8 @@ const TEXELS_PER_CYCLE: u32 = 8;
 const FINE: u32 = 1024;
 /// Part of the cells in the Gaussian field: a compromise between visible cells and a -5/3 spectrum.
 const CELL_SHARE: f64 = 0.7;
+/// Part of the streets: rows are to be seen, and broken by the octaves.
+const STREET_SHARE: f64 = 0.8;
 /// Texels of the cells' map per cell: cells are smooth but for the creases between them.
 const TEXELS_PER_CELL: u32 = 20;
 /// Amplitude per octave, 2^(-1/3).
@@ -52,7 +55,9 @@ pub(super) struct Synthetic {
     groups: [Target; GROUPS],
     /// Uniforms of the groups that hold anything.
     filled: Vec<Noise>,
+    /// Cells of a moment, or streets.
     cells: Target,
+    streets: Option<Streets>,
     pub(super) gaussian: wgpu::Buffer,
 }
 
@@ -65,6 +70,16 @@ pub(super) struct Moment {
     pub(super) cells: Option<Cells>,
 }
 
+/// The square that a field fills.
+#[derive(Clone, Copy)]
+pub(super) struct Domain {
+    /// Texels a side.
+    pub(super) resolution: u32,
+    pub(super) extent_m: f64,
+    /// Towards where the layer's wind comes from, east and north.
+    pub(super) upwind: [f64; 2],
+}
+
 /// Results of a synthetic field's passes, for tests.
 #[derive(Debug, Clone)]
 pub struct SyntheticStages {
@@ -72,6 +87,8 @@ pub struct SyntheticStages {
     pub octaves: Vec<(Noise, HostMap)>,
     /// Cells, where the pattern has them, and their map.
     pub cells: (Option<Cells>, HostMap),
+    /// Streets, whose map is then in the place of the cells'.
+    pub streets: Option<Streets>,
     /// What makes cloud of the field's values.
     pub law: Law,
 }
@@ -126,7 +143,7 @@ impl Noise {
 pub(super) fn spread(pattern: Pattern) -> f64 {
     match pattern {
         Pattern::Closed => 0.5,
-        Pattern::Open => 0.9,
+        Pattern::Open | Pattern::Streets => 0.9,
         Pattern::Fractal => 0.6,
     }
 }
@@ -141,10 +158,10 @@ impl Synthetic {
         gpu: &Gpu,
         wanted: &Stratocumulus,
         hangs: bool,
-        resolution: u32,
-        extent_m: f64,
+        domain: Domain,
         deadline: Option<Instant>,
     ) -> Result<Self, GpuError> {
+        let Domain { resolution, extent_m, upwind } = domain;
         let octaves = octaves(resolution);
         let filled: Vec<Noise> = (0..octaves)
             .step_by(GROUP as usize)
@@ -175,12 +192,25 @@ impl Synthetic {
             groups,
             filled,
             cells: gpu.texture_from("cells", [1, 1], 1, &[0.0]),
+            streets: None,
             gaussian: gpu.storage("field", resolution as usize * resolution as usize),
         };
         if let Some(cells) = synthetic.cells(0.0) {
             synthetic.cells = gpu.texture("cells", [cells.width; 2], 1, 1);
         }
+        if wanted.pattern == Pattern::Streets {
+            let streets = streets(wanted.seed, synthetic.rows(), upwind, resolution);
+            synthetic.cells = gpu.texture("streets", [streets.width; 2], 1, 1);
+            let binds = binds![&gpu.uniform("streets", &streets), &synthetic.cells.levels[0]];
+            gpu.run("field_streets", deadline, &[Pass::new(&shaders::FIELD_STREETS, [streets.width; 2], binds)])?;
+            synthetic.streets = Some(streets);
+        }
         Ok(synthetic)
+    }
+
+    /// Streets a tile, where the pattern is of streets.
+    fn rows(&self) -> f64 {
+        rows(self.extent_m, self.wanted.cell_m.get(), self.resolution)
     }
 
     /// The cells after the eddies have gone a way (m) at the root mean square of their speed.
@@ -188,7 +218,7 @@ impl Synthetic {
         let kind = match self.wanted.pattern {
             Pattern::Closed => 0,
             Pattern::Open => 1,
-            Pattern::Fractal => return None,
+            Pattern::Fractal | Pattern::Streets => return None,
         };
         let cell_m = self.wanted.cell_m.get();
         let wanted = (self.extent_m / cell_m).clamp(1.0, f64::from((self.resolution / 4).max(1)));
@@ -214,7 +244,12 @@ impl Synthetic {
     /// so far (domains).
     pub(super) fn moment(&self, weights: [f64; 2], spread: f64, way: f64) -> Moment {
         let cells = self.cells(way * self.extent_m);
-        let share = if cells.is_some() { CELL_SHARE } else { 0.0 };
+        // Part of what is not noise, and its wave number.
+        let (share, cycles) = match cells {
+            Some(cells) => (CELL_SHARE, CELL_WAVES * f64::from(cells.count)),
+            None if self.streets.is_some() => (STREET_SHARE, self.rows()),
+            None => (0.0, CELL_WAVES),
+        };
         let variance: f64 = (0..self.octaves).map(|o| OCTAVE_GAIN.powi(2 * o as i32)).sum();
         let scale = (1.0 - share * share).sqrt() / (variance.sqrt() * GRADIENT_NOISE_STD);
         // Two copies that are displaced against each other: their blend lacks variance by what they differ.
@@ -231,12 +266,11 @@ impl Synthetic {
             (scale * OCTAVE_GAIN.powi(o as i32) * restored(cycles)) as f32
         };
         let group = |i: u32| [octave(4 * i), octave(4 * i + 1), octave(4 * i + 2), octave(4 * i + 3)];
-        let cells_a_side = cells.map_or(1.0, |cells| f64::from(cells.count));
         let blend = Blend {
             low: group(0),
             middle: group(1),
             high: group(2),
-            cells: (share * restored(CELL_WAVES * cells_a_side)) as f32,
+            cells: (share * restored(cycles)) as f32,
             first: weights[0] as f32,
             second: weights[1] as f32,
             width: self.resolution,
@@ -343,6 +377,7 @@ impl Synthetic {
         Ok(SyntheticStages {
             octaves: octaves.collect::<Result<_, GpuError>>()?,
             cells: (moment.cells, read(&self.cells)?),
+            streets: self.streets,
             law,
         })
     }

@@ -95,6 +95,7 @@ shaders! {
     FIELD_OCTAVES: "field_octaves", IMAGE, [NOISE];
     FIELD_TURNED: "field_turned", IMAGE, [NOISE];
     FIELD_CELLS: "field_cells", IMAGE, [NOISE];
+    FIELD_STREETS: "field_streets", IMAGE, [];
     FIELD_VELOCITY: "field_velocity", IMAGE, [];
     FIELD_DISPLACE: "field_displace", IMAGE, [];
     FIELD_BLEND: "field_blend", IMAGE, [];

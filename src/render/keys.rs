@@ -21,6 +21,7 @@ pub(super) struct SourceKey {
     /// Of the droplets: what the optical depths of columns are measured by.
     extinction_550_per_m: Option<f64>,
     turbulence_m_s: f64,
+    rows_from_deg: Option<f64>,
 }
 
 /// A layer's field: one that nothing moves is the same at all times.
@@ -30,6 +31,7 @@ pub(super) struct FieldKey {
     resolution: u32,
     shape: Shape,
     extinction_550_per_m: Option<f64>,
+    rows_from_deg: Option<f64>,
     /// Wind and time, where eddies move the field.
     moved: Option<(Wind, f64)>,
 }
@@ -115,6 +117,7 @@ impl SourceKey {
             shape: layer.shape.clone(),
             extinction_550_per_m: layer.shape.has_maps().then(|| job.extinction_550_per_m(number)),
             turbulence_m_s: layer.wind.turbulence_m_s.get(),
+            rows_from_deg: field::rows_from_deg(&layer.shape, &layer.wind),
         }
     }
 }
@@ -123,12 +126,14 @@ impl FieldKey {
     pub(super) fn new(job: &Job, number: usize) -> Self {
         let layer = &job.scene().layers[number];
         let moves = field::moves(&layer.shape, &layer.wind);
-        let SourceKey { extent_m, resolution, shape, extinction_550_per_m, .. } = SourceKey::new(job, number);
+        let SourceKey { extent_m, resolution, shape, extinction_550_per_m, rows_from_deg, .. } =
+            SourceKey::new(job, number);
         Self {
             extent_m,
             resolution,
             shape,
             extinction_550_per_m,
+            rows_from_deg,
             moved: moves.then_some((layer.wind, job.request().time_s)),
         }
     }

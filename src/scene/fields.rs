@@ -291,7 +291,7 @@ pub const GROUPS: &[Group] = &[
         place: "/layers/0/thickness",
         least: r#"{"layers": [{"thickness": {"kind": "stratocumulus"}}]}"#,
         fields: &[
-            field("/pattern", Allowed::Words(&Pattern::WORDS), "structure"),
+            field("/pattern", Allowed::Words(&Pattern::WORDS), "structure; `streets` with `law`: `gamma` alone"),
             number::<MeanThicknessM>("/mean_m", "mean thickness of the cloudy part"),
             number::<Coverage>(
                 "/coverage",
@@ -300,7 +300,7 @@ pub const GROUPS: &[Group] = &[
             number::<CellM>(
                 "/cell_m",
                 "size of a convective cell. The domain holds whole cells: between two such sizes one pattern fades into \
-                 the other",
+                 the other. Of `streets`: distance of the rows",
             ),
             field("/seed", Allowed::Whole(0..=u32::MAX), "picks one field of many alike"),
         ],

@@ -255,6 +255,11 @@ pub(super) fn thickness(reader: &mut Reader, layer: &Object<'_>, resolve: Resolv
                 if object.has("pattern") { reader.word(&object, "pattern", &Pattern::WORDS) } else { Some("closed") };
             let pattern = pattern.and_then(|word| Pattern::ALL.iter().find(|(name, _)| *name == word));
             let law = law(reader, &object);
+            if let (Some((_, Pattern::Streets)), Some(DepthLaw::Lognormal)) = (pattern, law) {
+                let detail = "`streets` are of the gamma law: say `\"law\": \"gamma\"` with them";
+                reader.wrong(object.at("law"), detail);
+                return None;
+            }
             Some(Thickness::Stratocumulus(Stratocumulus {
                 mean_m: reader.number_or(&object, "mean_m", default(250.0)?),
                 coverage: reader.number_or(&object, "coverage", default(1.0)?),

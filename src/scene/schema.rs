@@ -7,7 +7,7 @@ use super::cumulus::Cumulus;
 use super::fields::{Allowed, Field, GROUPS, Group};
 use super::model::Scene;
 use super::quantity::*;
-use super::synthetic::DepthLaw;
+use super::synthetic::{DepthLaw, Pattern};
 use crate::optics::TABLE_POINTS;
 use serde_json::{Value, json};
 use std::ops::RangeInclusive;
@@ -82,6 +82,9 @@ fn synthetic(law: &str) -> Value {
     if law == DepthLaw::GAMMA {
         field["properties"]["spread"] = object("/layers/0/thickness", "/spread")["properties"]["spread"].clone();
         require(&mut field, "law");
+    }
+    if law == DepthLaw::LOGNORMAL {
+        field["properties"]["pattern"]["enum"] = json!(Pattern::LOGNORMAL_WORDS);
     }
     field["properties"]["law"] = json!({ "const": law });
     field

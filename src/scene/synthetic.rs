@@ -11,7 +11,7 @@ pub struct Stratocumulus {
     pub mean_m: MeanThicknessM,
     /// Part of the domain with more than 1 m of cloud.
     pub coverage: Coverage,
-    /// Size of a convective cell. The domain holds whole cells: between two such sizes, one pattern fades into the other.
+    /// Size of a convective cell, or distance of streets. The domain holds whole cells: between two such sizes, one pattern fades into the other.
     pub cell_m: CellM,
     /// Picks one field of many alike.
     pub seed: u32,
@@ -43,10 +43,14 @@ pub enum Pattern {
     Open,
     /// No cells: a -5/3 spectrum alone.
     Fractal,
+    /// Rows along the wind, at a distance of a cell: by the law of gamma alone.
+    Streets,
 }
 
 impl Pattern {
-    pub(super) const ALL: [(&'static str, Self); 3] =
-        [("closed", Self::Closed), ("open", Self::Open), ("fractal", Self::Fractal)];
-    pub(super) const WORDS: [&'static str; 3] = [Self::ALL[0].0, Self::ALL[1].0, Self::ALL[2].0];
+    pub(super) const ALL: [(&'static str, Self); 4] =
+        [("closed", Self::Closed), ("open", Self::Open), ("fractal", Self::Fractal), ("streets", Self::Streets)];
+    pub(super) const WORDS: [&'static str; 4] = [Self::ALL[0].0, Self::ALL[1].0, Self::ALL[2].0, Self::ALL[3].0];
+    /// Without those that need the law of gamma.
+    pub(super) const LOGNORMAL_WORDS: [&'static str; 3] = [Self::WORDS[0], Self::WORDS[1], Self::WORDS[2]];
 }

@@ -38,6 +38,22 @@ pub struct Cells {
     pub spare: u32,
 }
 
+/// Plane waves of cloud streets.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, Pod, Zeroable)]
+pub struct Streets {
+    /// Texels a side.
+    pub width: u32,
+    /// Waves.
+    pub count: u32,
+    /// Unused.
+    pub spare_0: u32,
+    /// Unused.
+    pub spare_1: u32,
+    /// Of each: whole cycles a tile eastwards and southwards, phase in turns, amplitude.
+    pub waves: [[f32; 4]; 32],
+}
+
 /// Phases of the eddies' four bands at one moment.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq, Default, Pod, Zeroable)]
