@@ -20,6 +20,7 @@ const FILES: &[(&str, &str, &str)] = &[
     ("stratocumulus", "Stratocumulus deck", include_str!("../../config/scenes/stratocumulus.json")),
     ("broken", "Broken clouds", include_str!("../../config/scenes/broken.json")),
     ("thinning", "Broken clouds that thin out", include_str!("../../config/scenes/thinning.json")),
+    ("streets", "Cloud streets along the wind", include_str!("../../config/scenes/streets.json")),
     ("uniform", "Uniform layer", include_str!("../../config/scenes/uniform.json")),
     ("fair-weather", "Fair-weather cumulus", include_str!("../../config/scenes/fair-weather.json")),
     ("congestus", "Towering cumulus", include_str!("../../config/scenes/congestus.json")),
