@@ -113,8 +113,8 @@ pub struct SkyDetail {
     pub error: f64,
 }
 
-/// How a sky is looked at, from so large a tolerance on (docs/charts/README.md, sky-view). The first saves a fifth, the finest costs half as
-/// much again; what they err differs near the horizon, where many clouds are one texel.
+/// How a sky is looked at, from so large a tolerance on (docs/charts/README.md, sky-view). The first saves a quarter, the finest costs two
+/// thirds more; what they err differs near the horizon, where many clouds are one texel.
 pub(crate) const SKY_DETAIL: [(SkyDetail, f64); 2] = [
     (SkyDetail { rays: 4, texels_per_ray: 8.0, coarseness: 1.0, steps: 0.5, error: 0.36 }, 0.1),
     (SkyDetail { rays: 4, texels_per_ray: 8.0, coarseness: 0.0, steps: 1.0, error: 0.14 }, 0.01),
