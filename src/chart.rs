@@ -1,9 +1,10 @@
 //! Charts of how exact and how fast each method of slab light, of moving fields, of exchanged light, of sunlight through
-//! uneven cloud, of clear air, of air with clouds in it, of looks at a sky and of cumulus is, as pictures (SVG) and tables (CSV).
+//! uneven cloud, of clear air, of air with clouds in it, of looks at a sky and of cumulus is, of what synthetic fields are like, and of
+//! where the time of a frame goes, as pictures (SVG) and tables (CSV).
 //!
 //! `truth` solves slabs exactly, `medium` has each method in double precision, `row` lists them, `errors` and `cost` measure; `slab`, `fluxes`,
-//! `radiance`, `modified`, `validity`, `field`, `exchange`, `light`, `air`, `coupling`, `view`, `cumulus` and `growth` are one chart each; `figure` draws; `file` is what comes
-//! out; `sample` is what a test computes again.
+//! `radiance`, `modified`, `validity`, `field`, `fields`, `exchange`, `light`, `air`, `coupling`, `view`, `frame`, `cumulus` and `growth` are one chart
+//! each; `figure` draws; `file` is what comes out; `sample` is what a test computes again.
 
 mod air;
 mod cost;
@@ -14,9 +15,11 @@ mod device;
 mod errors;
 mod exchange;
 mod field;
+mod fields;
 mod figure;
 mod file;
 mod fluxes;
+mod frame;
 mod growth;
 mod light;
 mod medium;
@@ -80,6 +83,12 @@ pub const CHARTS: &[Chart] = &[
         sample: Some(field::sample),
     },
     Chart {
+        name: "fields",
+        about: "synthetic fields: spectrum, distribution, directions and detail",
+        make: fields::make,
+        sample: Some(fields::sample),
+    },
+    Chart {
         name: "exchange",
         about: "light between ground and cloud: kernels, solvers and grids",
         make: exchange::make,
@@ -109,6 +118,7 @@ pub const CHARTS: &[Chart] = &[
         make: view::make,
         sample: Some(view::sample),
     },
+    Chart { name: "frame", about: "time of a frame by stage, texels and sun", make: frame::make, sample: None },
     Chart {
         name: "cumulus",
         about: "light in cumulus: cost of every method against its error",

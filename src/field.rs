@@ -33,6 +33,7 @@ pub(crate) use map::Field;
 use map::{bounds, count, find_bounds, read_bins};
 use motion::{Displaced, Motion};
 pub use spectrum::power_spectrum;
+pub(crate) use spectrum::waves;
 pub(crate) use statistics::mean_m;
 pub use statistics::{Column, Profile, profile};
 use std::time::Instant;

@@ -33,8 +33,19 @@ impl<'a> Device<'a> {
         texture: &str,
         query: &[(&str, &str)],
     ) -> Result<Job, ChartError> {
+        self.file(scene, images, texture, ("f32", query))
+    }
+
+    /// A texture as a file of a format.
+    pub(super) fn file(
+        &self,
+        scene: &Arc<Scene>,
+        images: &Images,
+        texture: &str,
+        (format, query): (&str, &[(&str, &str)]),
+    ) -> Result<Job, ChartError> {
         let query: Vec<_> = query.iter().map(|(name, value)| ((*name).to_owned(), (*value).to_owned())).collect();
-        let request = Request::parse(texture, "f32", &query)?;
+        let request = Request::parse(texture, format, &query)?;
         Ok(Job::prepare(Arc::clone(scene), request, images, self.library, &|_| ())?)
     }
 }
