@@ -124,6 +124,8 @@ impl Volume {
         let (scale, per_m) = ((127.5 / band_m) as f32, (1.0 / voxel_m) as f32);
         self.samples.par_chunks_mut(nx * ny).zip(&touching).enumerate().for_each(|(k, (slice, touching))| {
             let z = floor_m + (k as f64 + 0.5) * voxel_m;
+            // Pages that are written first are made once: those that are read first are a shared one of zeros, and then a copy of it.
+            slice.fill(0);
             for &number in touching {
                 let sphere = &spheres[number as usize];
                 let (dz, reach) = (z - sphere.centre.z, sphere.radius_m + band_m);
