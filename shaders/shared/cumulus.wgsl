@@ -98,9 +98,15 @@ fn cumulus_march(ray: CloudRay, march: CloudMarch, end_m: f32, soft_m: f32) -> C
 fn cumulus_length(ray: CloudRay, near_m: f32, far_m: f32, enough_m: f32, disc: f32) -> f32 {
     var march = CloudMarch(near_m, CUMULUS_UNKNOWN, 0.0, 0.0);
     var length_m = 0.0;
-    for (var i = 0u; i < CUMULUS_SUN_STEPS && march.at_m < far_m && length_m < enough_m; i++) {
+    var step = 0u;
+    // Left at its end: software devices run through the body once more where a loop is left at its head.
+    loop {
         march = cumulus_march(ray, march, far_m, disc * march.at_m);
         length_m += march.density * march.length_m;
+        continuing {
+            step++;
+            break if step >= CUMULUS_SUN_STEPS || march.at_m >= far_m || length_m >= enough_m;
+        }
     }
     return length_m;
 }
