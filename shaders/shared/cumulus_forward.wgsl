@@ -22,11 +22,12 @@ fn forward_through(depth: f32, kept: f32, scaled_albedo: f32, asymmetry: f32) ->
 // cone: width of what a texel shows, per metre of distance; wide_m: the same at any distance.
 fn cumulus_seen(ray: CloudRay, near_m: f32, far_m: f32, cone: f32, wide_m: f32, background: vec3<f32>) -> CumulusSeen {
     var depth = 0.0;
+    let scale = cumulus_scale();
     var march = CloudMarch(near_m, CUMULUS_UNKNOWN, 0.0, 0.0);
     var step = 0u;
     // Left at its end: software devices run through the body once more where a loop is left at its head.
     loop {
-        march = cumulus_march(ray, march, far_m, cone * march.at_m + wide_m);
+        march = cumulus_march(scale, ray, march, far_m, cone * march.at_m + wide_m);
         depth += cumulus.extinction.g * march.density * march.length_m;
         continuing {
             step++;

@@ -19,6 +19,7 @@ fn cumulus_cube(place: vec3<f32>) -> vec3<f32> {
 fn cumulus_seen(ray: CloudRay, near_m: f32, far_m: f32, cone: f32, wide_m: f32, background: vec3<f32>) -> CumulusSeen {
     let angle = 2.0 * atan2(length(ray.towards - cumulus.sun), length(ray.towards + cumulus.sun));
     var seen = CumulusSeen(vec3<f32>(0.0), 0.0);
+    let scale = cumulus_scale();
     var march = CloudMarch(near_m, CUMULUS_UNKNOWN, 0.0, 0.0);
     var step = 0u;
     var pieces = 0u;
@@ -30,7 +31,7 @@ fn cumulus_seen(ray: CloudRay, near_m: f32, far_m: f32, cone: f32, wide_m: f32, 
         var moment = 0.0;
         loop {
             let from_m = march.at_m;
-            march = cumulus_march(ray, march, far_m, cone * from_m + wide_m);
+            march = cumulus_march(scale, ray, march, far_m, cone * from_m + wide_m);
             let added = cumulus.extinction.g * march.density * march.length_m;
             piece += added;
             moment += added * (from_m + 0.5 * march.length_m);

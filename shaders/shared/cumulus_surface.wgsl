@@ -56,6 +56,7 @@ fn surface_crease(place: vec3<f32>, normal: vec3<f32>) -> vec2<f32> {
 fn cumulus_seen(ray: CloudRay, near_m: f32, far_m: f32, cone: f32, wide_m: f32, background: vec3<f32>) -> CumulusSeen {
     var seen = CumulusSeen(vec3<f32>(0.0), 0.0);
     var corona = vec3<f32>(0.0);
+    let scale = cumulus_scale();
     var march = CloudMarch(near_m, CUMULUS_UNKNOWN, 0.0, 0.0);
     var step = 0u;
     let away = cumulus_away(ray.towards);
@@ -70,7 +71,7 @@ fn cumulus_seen(ray: CloudRay, near_m: f32, far_m: f32, cone: f32, wide_m: f32, 
         loop {
             let from_m = march.at_m;
             let was = march.depth;
-            march = cumulus_march(ray, march, far_m, cone * from_m + wide_m);
+            march = cumulus_march(scale, ray, march, far_m, cone * from_m + wide_m);
             let added = cumulus.extinction.g * march.density * march.length_m;
             // Where the step meets the surface.
             let crosses = was < 0.0 && was > CUMULUS_UNKNOWN && march.depth > 0.0;
