@@ -203,11 +203,7 @@ fn whole_frame(criterion: &mut Criterion) {
         });
     });
     group.finish();
-    let median = |times: &mut Vec<Duration>| {
-        times.sort();
-        times[times.len() / 2].as_secs_f64() * 1e3
-    };
-    let mut medians: Vec<_> = stages.iter_mut().map(|(name, times)| (median(times), name)).collect();
+    let mut medians: Vec<_> = stages.iter_mut().map(|(name, times)| (median_ms(times), name)).collect();
     medians.sort_by(|a, b| b.0.total_cmp(&a.0));
     println!("\nmedian ms of a frame of {FRAME_SIDE} x {FRAME_SIDE}, slowest first");
     for (time, (texture, stage)) in medians {
@@ -278,48 +274,77 @@ fn air(criterion: &mut Criterion) {
     group.finish();
 }
 
-/// A layer of cumulus of 20 km: the texture cloud and a panorama, from nothing at a new time, and where the wind alone has moved it.
+/// The preset of fair weather, 20 km, with a sun of its own for each number; or these spheres, which do not grow and so only drift.
+fn fair_weather(sun: u64, spheres: Option<&[[f64; 4]]>) -> Arc<Scene> {
+    let mut scene: serde_json::Value =
+        serde_json::from_str(include_str!("../config/scenes/fair-weather.json")).unwrap();
+    scene["sun"]["azimuth_deg"] = json!(200.0 + 0.01 * (sun % 1000) as f64);
+    if let Some(spheres) = spheres {
+        let layer = scene["layers"][0].as_object_mut().unwrap();
+        ["coverage", "width_m", "seed"].into_iter().for_each(|field| drop(layer.remove(field)));
+        layer.insert("spheres".to_owned(), json!(spheres));
+    }
+    Arc::new(Scene::from_json(scene.to_string().as_bytes()).unwrap())
+}
+
+/// The spheres of that field at a time.
+fn fair_weather_spheres() -> Vec<[f64; 4]> {
+    let scene = fair_weather(0, None);
+    let body = skyloom::cumulus::body(scene.cumulus().unwrap(), scene.extent_m(), scene.extent_m() / 512.0, 1000.0);
+    // Those that begin to grow are smaller than a scene may have them; with all digits the text would be too long.
+    let decimetres = |metres: f64| (10.0 * metres).round() / 10.0;
+    let given = |sphere: &skyloom::cumulus::Sphere| {
+        let [x, y, z] = sphere.centre.to_array();
+        [x, y, z, sphere.radius_m.max(0.5)].map(decimetres)
+    };
+    body.spheres.iter().map(given).collect()
+}
+
+/// Cumulus of fair weather in the texture cloud: from nothing, at a new time with a new sun; the same clouds under a new sun; clouds that
+/// the wind alone has moved, in a panorama too.
 fn cumulus(criterion: &mut Criterion) {
     let mut renderer = Renderer::new(&RendererOptions::default()).expect("a Vulkan driver");
     let library = TableLibrary::new(None);
-    let clouds = json!({ "coverage": 0.12, "width_m": [300, 1500] });
-    // As many spheres as a field of ten clouds has, which do not grow.
-    let sphere = |i: usize| {
-        let place = |step: f64| ((i as f64 * step).fract() - 0.5) * 1.9e4;
-        json!([place(0.618_034), place(0.414_214), 1000.0 + 200.0 * (i as f64 * 0.302_776).fract(), 80 + i % 7 * 20])
-    };
-    let spheres = json!({ "spheres": (0..3000).map(sphere).collect::<Vec<_>>() });
+    let mut stages: BTreeMap<(&str, &str), Vec<Duration>> = BTreeMap::new();
     let mut group = criterion.benchmark_group("cumulus");
     group.sample_size(10);
     let mut run = 0;
-    for (name, shape, texture) in [
-        ("cloud, new time", &clouds, "cloud"),
-        ("cloud, drifted", &spheres, "cloud"),
-        ("panorama, drifted", &spheres, "sky"),
+    let drifting = fair_weather(0, Some(&fair_weather_spheres()));
+    for (name, texture, drifts, step_s) in [
+        ("cloud, from nothing", "cloud", false, 5),
+        ("cloud, new sun", "cloud", false, 0),
+        ("cloud, drifted", "cloud", true, 5),
+        ("panorama, drifted", "sky", true, 5),
     ] {
-        let mut layer = json!({ "kind": "cumulus", "base_m": 900, "wind": { "speed_m_s": 8, "from_deg": 250 },
-            "droplets": { "henyey_greenstein": 0.85, "extinction_per_m": 0.04 } });
-        layer.as_object_mut().unwrap().extend(shape.as_object().unwrap().clone());
-        let scene = json!({ "domain": { "extent_m": 20000, "resolution": 512 },
-            "sun": { "zenith_deg": 50, "azimuth_deg": 160 },
-            "atmosphere": { "sun": [98, 94, 87], "sky": [2.6, 3.8, 6.2] }, "layers": [layer] });
-        let scene = Arc::new(Scene::from_json(scene.to_string().as_bytes()).unwrap());
         group.bench_function(BenchmarkId::from_parameter(name), |bench| {
             bench.iter_custom(|count| {
                 let mut total = Duration::ZERO;
                 for _ in 0..count {
                     run += 1;
-                    let query = [("time".to_owned(), (5 * run).to_string())];
+                    let scene = if drifts { Arc::clone(&drifting) } else { fair_weather(run, None) };
+                    let query = [("time".to_owned(), (step_s * run).to_string())];
                     let request = Request::parse(texture, "f32", &query).unwrap();
-                    let job = Job::prepare(Arc::clone(&scene), request, &Images::new(), &library, &|_| ()).unwrap();
-                    let timings = renderer.render(&job, &Watch::default()).unwrap().timings;
-                    total += timings.iter().map(|(_, time)| *time).sum::<Duration>();
+                    let job = Job::prepare(scene, request, &Images::new(), &library, &|_| ()).unwrap();
+                    for (stage, time) in renderer.render(&job, &Watch::default()).unwrap().timings {
+                        stages.entry((name, stage)).or_default().push(time);
+                        total += time;
+                    }
                 }
                 total
             });
         });
     }
     group.finish();
+    println!("\nmedian ms of the stages of cumulus");
+    for ((name, stage), times) in &mut stages {
+        println!("{:<44}{:>8.2}", format!("{name}: {stage}"), median_ms(times));
+    }
+}
+
+/// Of times in any order.
+fn median_ms(times: &mut [Duration]) -> f64 {
+    times.sort();
+    times[times.len() / 2].as_secs_f64() * 1e3
 }
 
 /// A moment of a series: light at one point and at eight of the ground, beside the smallest map.

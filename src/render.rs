@@ -24,6 +24,7 @@ use crate::encode::{Exposure, Output, Picture, metered_white};
 use crate::gpu::{AdapterSummary, Gpu, GpuError};
 use crate::illumination::Illumination;
 use crate::method::{CumulusMethod, Method};
+use crate::projection::{Plane, Viewer};
 use crate::request::{Cloud, Format, Request, Sky, TextureKind, Wanted};
 use crate::scene::Scene;
 use crate::scene::quantity::Quantity as _;
@@ -110,10 +111,16 @@ impl Renderer {
                 Wanted::Sky(sky) => Wanted::Sky(Sky { cumulus: method, tolerance: 1.0, ..sky }),
                 other => other,
             };
-            requests.extend([TextureKind::Cloud, TextureKind::Sky].map(|kind| {
+            let shown = [TextureKind::Cloud, TextureKind::Sky].map(|kind| {
                 let request = Request::new(kind, Format::F32);
                 Request { wanted: by(request.wanted), ..request }
-            }));
+            });
+            requests.extend(shown);
+            // These parallel rays look aside from the sun; those from a point take other shaders.
+            if let Wanted::Cloud(cloud) = shown[0].wanted {
+                let plane = Plane { viewer: Viewer::At([0.0, 0.0, 2.0]), ..cloud.plane };
+                requests.push(Request { wanted: Wanted::Cloud(Cloud { plane, ..cloud }), ..shown[0] });
+            }
         }
         for request in requests {
             let job = Job::prepare(Arc::clone(&scene), request, &Images::new(), &library, &|_| ())?;

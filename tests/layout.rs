@@ -205,12 +205,8 @@ fn constants_of_cumulus() {
         ("CUMULUS_STEP", cumulus::STEP),
         ("CUMULUS_ROUGH_STEP_M", cumulus::ROUGH_STEP_M),
     ];
-    let pieces = [
-        ("CUMULUS_SHARES", seen::SHARES),
-        ("CUMULUS_OPAQUE", seen::OPAQUE),
-        ("CUMULUS_NEAR_SUN", seen::NEAR_SUN),
-        ("CUMULUS_NEAR_SUN_DEPTH", seen::NEAR_SUN_DEPTH),
-    ];
+    let pieces = [("CUMULUS_SHARES", seen::SHARES), ("CUMULUS_OPAQUE", seen::OPAQUE)];
+    let sun_rays = [("CUMULUS_NEAR_SUN", seen::NEAR_SUN), ("CUMULUS_NEAR_SUN_DEPTH", seen::NEAR_SUN_DEPTH)];
     let lattice = [
         ("CUMULUS_DETOUR", dressed::DETOUR),
         ("CUMULUS_PATH_SCALE", dressed::PATH_SCALE),
@@ -239,7 +235,7 @@ fn constants_of_cumulus() {
         assert_constants(shader, &steps);
     }
     for shader in [&shaders::CUMULUS_PLANE_LATTICE, &shaders::CUMULUS_SKY_LATTICE] {
-        assert_constants(shader, &[&steps[..], &pieces, &lattice].concat());
+        assert_constants(shader, &[&steps[..], &pieces, &sun_rays, &lattice].concat());
     }
     let layers = [
         ("LATTICE_SAMPLES", cloud_lattice::SAMPLES.into()),
@@ -253,7 +249,7 @@ fn constants_of_cumulus() {
         assert_constants(shader, &layers);
     }
     for shader in [&shaders::CUMULUS_PLANE_OCTAVES, &shaders::CUMULUS_SKY_OCTAVES] {
-        assert_constants(shader, &[&steps[..], &pieces, &octaves].concat());
+        assert_constants(shader, &[&steps[..], &pieces, &sun_rays, &octaves].concat());
     }
     assert_constants(&shaders::CUMULUS_SKY_FORWARD, &forward);
     for shader in [&shaders::CUMULUS_SKY_SHADER, &shaders::CUMULUS_SKY_SHADER3] {

@@ -31,17 +31,46 @@ struct CloudMarch {
     density: f32,
 }
 
+// What all steps of a march have in common, found once: software devices would find it again at each, and divide each time.
+struct CloudScale {
+    corner: vec3<f32>,
+    block_m: f32,
+    per_side: vec3<f32>,  // of the volume, 1/m
+    per_block: f32,       // 1/m
+    blocks: vec3<f32>,
+    rough_m: f32,         // a step at the surface
+    per_blocks: vec2<f32>,
+    per_tile: f32,        // 1/m
+    per_edge: f32,        // 1/m
+}
+
+fn cumulus_scale() -> CloudScale {
+    let corner = vec3<f32>(-0.5 * cumulus.extent_m, -0.5 * cumulus.extent_m, cumulus.floor_m);
+    let block_m = CUMULUS_BLOCK * cumulus.voxel_m;
+    let blocks = vec3<f32>(textureDimensions(leaps));
+    let step_m = CUMULUS_STEP * cumulus.voxel_m;
+    return CloudScale(
+        corner,
+        block_m,
+        1.0 / (vec3<f32>(textureDimensions(volume)) * cumulus.voxel_m),
+        1.0 / block_m,
+        blocks,
+        select(step_m, min(step_m, CUMULUS_ROUGH_STEP_M), cumulus.relief_m > 0.0),
+        1.0 / blocks.xy,
+        1.0 / cumulus.tile_m,
+        1.0 / max(cumulus.edge_m, 1e-6),
+    );
+}
+
 fn cumulus_place(ray: CloudRay, at_m: f32) -> vec3<f32> {
     return ray.start + ray.towards * at_m + vec3<f32>(0.0, 0.0, 0.5 * ray.bend * at_m * at_m);
 }
 
 // Depth below the rugged surface.
-fn cumulus_depth(place: vec3<f32>) -> f32 {
-    let size = vec3<f32>(textureDimensions(volume));
-    let corner = vec3<f32>(-0.5 * cumulus.extent_m, -0.5 * cumulus.extent_m, cumulus.floor_m);
-    let depth = (2.0 * textureSampleLevel(volume, around, (place - corner) / (size * cumulus.voxel_m), 0.0).x - 1.0) * cumulus.band_m;
+fn cumulus_depth(scale: CloudScale, place: vec3<f32>) -> f32 {
+    let depth = (2.0 * textureSampleLevel(volume, around, (place - scale.corner) * scale.per_side, 0.0).x - 1.0) * cumulus.band_m;
     if cumulus.relief_m > 0.0 && abs(depth) < cumulus.edge_m + cumulus.relief_m {
-        return depth + cumulus.relief_m * textureSampleLevel(relief, tiling, place / cumulus.tile_m, 0.0).x;
+        return depth + cumulus.relief_m * textureSampleLevel(relief, tiling, place * scale.per_tile, 0.0).x;
     }
     return depth;
 }
@@ -62,31 +91,29 @@ fn cumulus_mean(from_m: f32, to_m: f32, edge_m: f32) -> f32 {
 
 // One step on, or one look at the place that was reached by a leap. The surface is seen no sharper than over soft_m. Software devices
 // run through both sides of a branch: a step takes one sample.
-fn cumulus_march(ray: CloudRay, march: CloudMarch, end_m: f32, soft_m: f32) -> CloudMarch {
+fn cumulus_march(scale: CloudScale, ray: CloudRay, march: CloudMarch, end_m: f32, soft_m: f32) -> CloudMarch {
     let edge_m = clamp(soft_m, cumulus.edge_m, max(cumulus.band_m, cumulus.edge_m));
     let widened = 0.5 * (edge_m - cumulus.edge_m);
-    let rough = select(CUMULUS_STEP * cumulus.voxel_m, min(CUMULUS_STEP * cumulus.voxel_m, CUMULUS_ROUGH_STEP_M), cumulus.relief_m > 0.0);
     let unknown = march.depth == CUMULUS_UNKNOWN;
     let clear = -march.depth - cumulus.relief_m - widened;
     let full = march.depth - cumulus.edge_m - cumulus.relief_m - widened;
-    let wanted_m = select(max(max(clear, full), max(rough, soft_m)), 0.0, unknown);
+    let wanted_m = select(max(max(clear, full), max(scale.rough_m, soft_m)), 0.0, unknown);
     let to_m = min(march.at_m + wanted_m, end_m);
     let place = cumulus_place(ray, to_m);
-    let corner = vec3<f32>(-0.5 * cumulus.extent_m, -0.5 * cumulus.extent_m, cumulus.floor_m);
-    let block_m = CUMULUS_BLOCK * cumulus.voxel_m;
-    let block = floor((place - corner) / block_m);
+    let block = floor((place - scale.corner) * scale.per_block);
     // In floats, which hold such whole numbers: software devices divide integers one by one.
-    let count = vec3<f32>(textureDimensions(leaps));
-    let wrapped = vec3<f32>(block.xy - count.xy * floor(block.xy / count.xy), clamp(block.z, 0.0, count.z - 1.0));
+    let count = scale.blocks;
+    // To the middle of a block: where the quotient is whole, rounding must not take it to the one before.
+    let wrapped = vec3<f32>(block.xy - count.xy * floor((block.xy + 0.5) * scale.per_blocks), clamp(block.z, 0.0, count.z - 1.0));
     let leap = textureLoad(leaps, vec3<i32>(wrapped), 0).x;
-    let there = cumulus_depth(place);
+    let there = cumulus_depth(scale, place);
     let middle_z = 0.5 * (cumulus_place(ray, march.at_m).z + place.z);
-    let base = select(1.0, clamp((middle_z - cumulus.base_m) / max(cumulus.edge_m, 1e-6), 0.0, 1.0), cumulus.edge_m > 0.0);
+    let base = select(1.0, clamp((middle_z - cumulus.base_m) * scale.per_edge, 0.0, 1.0), cumulus.edge_m > 0.0);
     let density = select(base * cumulus_mean(march.depth + widened, there + widened, edge_m), 0.0, unknown);
     // Out of the cube of clear blocks around this one.
     let towards = ray.towards + vec3<f32>(0.0, 0.0, ray.bend * to_m);
     let reach = f32(leap) - 1.0;
-    let faces = corner + (block + select(vec3<f32>(-reach), vec3<f32>(1.0 + reach), towards >= vec3<f32>(0.0))) * block_m;
+    let faces = scale.corner + (block + select(vec3<f32>(-reach), vec3<f32>(1.0 + reach), towards >= vec3<f32>(0.0))) * scale.block_m;
     let out = abs((faces - place) / select(towards, vec3<f32>(1e-9), abs(towards) < vec3<f32>(1e-9)));
     let leap_m = min(out.x, min(out.y, out.z)) + 1e-3 * cumulus.voxel_m + 1e-6 * to_m;
     let leaps_on = leap > 0u;
@@ -96,11 +123,18 @@ fn cumulus_march(ray: CloudRay, march: CloudMarch, end_m: f32, soft_m: f32) -> C
 // Length of cloud along a ray, as if it were of full density everywhere, up to about enough_m. The surface is seen as from a
 // disc of so many radians.
 fn cumulus_length(ray: CloudRay, near_m: f32, far_m: f32, enough_m: f32, disc: f32) -> f32 {
+    let scale = cumulus_scale();
     var march = CloudMarch(near_m, CUMULUS_UNKNOWN, 0.0, 0.0);
     var length_m = 0.0;
-    for (var i = 0u; i < CUMULUS_SUN_STEPS && march.at_m < far_m && length_m < enough_m; i++) {
-        march = cumulus_march(ray, march, far_m, disc * march.at_m);
+    var step = 0u;
+    // Left at its end: software devices run through the body once more where a loop is left at its head.
+    loop {
+        march = cumulus_march(scale, ray, march, far_m, disc * march.at_m);
         length_m += march.density * march.length_m;
+        continuing {
+            step++;
+            break if step >= CUMULUS_SUN_STEPS || march.at_m >= far_m || length_m >= enough_m;
+        }
     }
     return length_m;
 }

@@ -22,10 +22,17 @@ fn forward_through(depth: f32, kept: f32, scaled_albedo: f32, asymmetry: f32) ->
 // cone: width of what a texel shows, per metre of distance; wide_m: the same at any distance.
 fn cumulus_seen(ray: CloudRay, near_m: f32, far_m: f32, cone: f32, wide_m: f32, background: vec3<f32>) -> CumulusSeen {
     var depth = 0.0;
+    let scale = cumulus_scale();
     var march = CloudMarch(near_m, CUMULUS_UNKNOWN, 0.0, 0.0);
-    for (var i = 0u; i < CUMULUS_VIEW_STEPS && march.at_m < far_m && depth < FORWARD_OPAQUE; i++) {
-        march = cumulus_march(ray, march, far_m, cone * march.at_m + wide_m);
+    var step = 0u;
+    // Left at its end: software devices run through the body once more where a loop is left at its head.
+    loop {
+        march = cumulus_march(scale, ray, march, far_m, cone * march.at_m + wide_m);
         depth += cumulus.extinction.g * march.density * march.length_m;
+        continuing {
+            step++;
+            break if step >= CUMULUS_VIEW_STEPS || march.at_m >= far_m || depth >= FORWARD_OPAQUE;
+        }
     }
     let away = cumulus_away(ray.towards);
     let depths = cumulus_ratio() * depth;

@@ -56,20 +56,22 @@ fn surface_crease(place: vec3<f32>, normal: vec3<f32>) -> vec2<f32> {
 fn cumulus_seen(ray: CloudRay, near_m: f32, far_m: f32, cone: f32, wide_m: f32, background: vec3<f32>) -> CumulusSeen {
     var seen = CumulusSeen(vec3<f32>(0.0), 0.0);
     var corona = vec3<f32>(0.0);
+    let scale = cumulus_scale();
     var march = CloudMarch(near_m, CUMULUS_UNKNOWN, 0.0, 0.0);
     var step = 0u;
     let away = cumulus_away(ray.towards);
     let light = cumulus.irradiance * cumulus.albedo / PI;
     let ratio = cumulus_ratio();
-    for (var i = 0u; i < SURFACE_STRETCHES && march.at_m < far_m && seen.depth < SURFACE_OPAQUE; i++) {
+    var stretches = 0u;
+    // Left at their ends: software devices run through the body once more where a loop is left at its head.
+    loop {
         var entry_m = 0.0;
         var depth = 0.0;
         var deepest_m = 0.0;
-        var ends = false;
-        for (; step < CUMULUS_VIEW_STEPS && march.at_m < far_m && !ends; step++) {
+        loop {
             let from_m = march.at_m;
             let was = march.depth;
-            march = cumulus_march(ray, march, far_m, cone * from_m + wide_m);
+            march = cumulus_march(scale, ray, march, far_m, cone * from_m + wide_m);
             let added = cumulus.extinction.g * march.density * march.length_m;
             // Where the step meets the surface.
             let crosses = was < 0.0 && was > CUMULUS_UNKNOWN && march.depth > 0.0;
@@ -77,7 +79,11 @@ fn cumulus_seen(ray: CloudRay, near_m: f32, far_m: f32, cone: f32, wide_m: f32, 
             entry_m = select(entry_m, from_m + before_m, depth == 0.0);
             depth += added;
             deepest_m = max(deepest_m, march.depth);
-            ends = depth > 0.0 && (added == 0.0 || seen.depth + depth >= SURFACE_OPAQUE);
+            let ends = depth > 0.0 && (added == 0.0 || seen.depth + depth >= SURFACE_OPAQUE);
+            continuing {
+                step++;
+                break if ends || step >= CUMULUS_VIEW_STEPS || march.at_m >= far_m;
+            }
         }
         if depth > 0.0 {
             let place = cumulus_place(ray, entry_m);
@@ -101,6 +107,11 @@ fn cumulus_seen(ray: CloudRay, near_m: f32, far_m: f32, cone: f32, wide_m: f32, 
             // The glow of what lies before is seen through this one.
             corona = corona * exp(-ratio * depth) + shines * light * surface.corona * reached * (1.0 - reached) * glow;
             seen.depth += depth;
+        }
+        continuing {
+            stretches++;
+            let hidden = seen.depth >= SURFACE_OPAQUE;
+            break if hidden || stretches >= SURFACE_STRETCHES || step >= CUMULUS_VIEW_STEPS || march.at_m >= far_m;
         }
     }
     seen.radiance += corona + cumulus_behind(seen.depth, background);

@@ -21,6 +21,7 @@ mod sweep;
 mod within;
 
 use super::volume::Volume;
+use bytemuck::allocation::cast_vec;
 use cells::Cells;
 pub use columns::Columns;
 pub use fluxes::Fluxes;
@@ -33,7 +34,7 @@ pub use rays::SunDepths;
 use settle::{Enough, settle};
 use std::convert::Infallible;
 use std::f64::consts::PI;
-use sweep::{Border, State, Sweep};
+use sweep::{Border, Sweep};
 pub use within::Within;
 
 /// Side of a cube at most, metres, and in mean free paths.
@@ -124,27 +125,27 @@ impl Lattice {
         let border = Border::new(lighting);
         let settled = settle(&cells, lighting, &border, Enough::FINE, look)?;
         // Between cubes of cloud and of clear air light is read from both.
-        let sweep = Sweep::again(settled.rises, &grid, &cells.near);
-        let (state, leaving) = sweep.all(&cells.cloud, &border, &settled.state);
+        let mut sweep = Sweep::again(settled.rises, settled.sums, &grid, &cells.near);
+        sweep.run(&cells.cloud, &border, &settled.state);
         let mut lattice = Self {
             size: grid.size,
             cell_m,
             floor_m,
-            light: std::array::from_fn(|_| vec![[f16::ZERO; 4]; grid.count()]),
-            sun_depth: vec![f16::ZERO; grid.count()],
-            added: leaving.map(|sum| {
+            light: std::array::from_fn(|_| cast_vec(vec![[0_u16; 4]; grid.count()])),
+            sun_depth: cast_vec(vec![0_u16; grid.count()]),
+            added: sweep.leaving(&border).map(|sum| {
                 let mean = sum * FLUX / (across * across) as f64;
                 [mean.x, mean.y, mean.z]
             }),
             iterations: settled.iterations,
             change: settled.change,
         };
-        lattice.fill(&cells, &state);
+        lattice.fill(&cells, &sweep);
         Ok(lattice)
     }
 
-    /// Takes what is known of cubes, slice by slice.
-    fn fill(&mut self, cells: &Cells, state: &[State]) {
+    /// Takes what is known of cubes, slice by slice. Most cubes are far from cloud, and most of the memory is not touched.
+    fn fill(&mut self, cells: &Cells, sweep: &Sweep<'_>) {
         let slice = self.size[0] * self.size[1];
         let ends = cells.near.slices(self.size[2]);
         let [red, green, blue] = self.light.each_mut().map(|light| light.par_chunks_mut(slice));
@@ -153,7 +154,8 @@ impl Lattice {
             let range = ends[0]..ends[1];
             let numbers =
                 cells.near.places[range.clone()].iter().map(|place| cells.grid.number([place[0], place[1], 0]));
-            for (number, (state, depth)) in numbers.zip(state[range.clone()].iter().zip(&cells.sun_depth[range])) {
+            for (number, (near, depth)) in numbers.zip(range.clone().zip(&cells.sun_depth[range])) {
+                let state = sweep.next(near);
                 for (c, light) in [&mut *red, &mut *green, &mut *blue].into_iter().enumerate() {
                     light[number] = halves(state.0.map(|part| part[c]));
                 }

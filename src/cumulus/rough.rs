@@ -88,7 +88,7 @@ impl<'a> Rough<'a> {
     }
 
     /// The sample that is nearest to a place, which is brought back into the domain.
-    #[inline]
+    #[inline(always)]
     fn sample(&self, [x, y, z]: &mut [i64; 3]) -> u8 {
         let [nx, ny, nz] = self.volume.size;
         let (x, y) = (back_in(x, nx), back_in(y, ny));

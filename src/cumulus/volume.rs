@@ -107,13 +107,12 @@ impl Volume {
     fn fill(&mut self, spheres: &[Sphere]) {
         let [nx, ny, _] = self.size;
         let (voxel_m, floor_m, band_m, half_m) = (self.voxel_m, self.floor_m, self.band_m, 0.5 * self.extent_m);
-        // Large ones first: what is deep inside of them need not be looked at again.
-        let mut order: Vec<u32> = (0..spheres.len() as u32).collect();
-        order.sort_by(|&a, &b| spheres[b as usize].radius_m.total_cmp(&spheres[a as usize].radius_m));
+        // Large ones first: what is deep inside of them need not be looked at again. In memory too, where slices read them in this order.
+        let mut spheres = spheres.to_vec();
+        spheres.sort_by(|a, b| b.radius_m.total_cmp(&a.radius_m));
         // Spheres by the slices that they touch.
         let mut touching: Vec<Vec<u32>> = vec![Vec::new(); self.size[2]];
-        for number in order {
-            let sphere = &spheres[number as usize];
+        for (number, sphere) in (0_u32..).zip(&spheres) {
             let reach = sphere.radius_m + band_m;
             let slice = |z: f64| ((z - floor_m) / voxel_m - 0.5).clamp(0.0, self.size[2] as f64 - 1.0);
             let (low, high) = (slice(sphere.centre.z - reach).ceil(), slice(sphere.centre.z + reach).floor());
@@ -124,6 +123,8 @@ impl Volume {
         let (scale, per_m) = ((127.5 / band_m) as f32, (1.0 / voxel_m) as f32);
         self.samples.par_chunks_mut(nx * ny).zip(&touching).enumerate().for_each(|(k, (slice, touching))| {
             let z = floor_m + (k as f64 + 0.5) * voxel_m;
+            // Pages that are written first are made once: those that are read first are a shared one of zeros, and then a copy of it.
+            slice.fill(0);
             for &number in touching {
                 let sphere = &spheres[number as usize];
                 let (dz, reach) = (z - sphere.centre.z, sphere.radius_m + band_m);
@@ -285,22 +286,24 @@ impl Chord {
     /// Draws it on samples, the first of which is so far beyond the centre.
     #[inline]
     fn draw(&self, offset_m: f32, samples: &mut [u8]) {
-        let depth = |step: usize| {
-            let along_m = offset_m + step as f32 * self.voxel_m;
+        let depth = |step: f32| {
+            let along_m = offset_m + step * self.voxel_m;
             let depth = (self.radius_m - (self.apart_m2 + along_m * along_m).sqrt()) * self.scale;
             // Rounded, by what is left of the digits of a float: a cast would look at each lane by itself.
             ((depth + 127.5).clamp(0.0, 255.0) + ROUND).to_bits() as u8
         };
         let (lanes, rest) = samples.as_chunks_mut::<LANES>();
-        let drawn = LANES * lanes.len();
-        for (number, lane) in lanes.iter_mut().enumerate() {
+        // Sums of small whole numbers: they cost less than casts do.
+        let mut first = 0.0;
+        for lane in lanes {
             if *lane != [u8::MAX; LANES] {
-                let drawn: [u8; LANES] = std::array::from_fn(|step| depth(LANES * number + step));
-                *lane = std::array::from_fn(|step| lane[step].max(drawn[step]));
+                let drawn: [u8; LANES] = std::array::from_fn(|step| depth(first + step as f32));
+                lane.iter_mut().zip(drawn).for_each(|(sample, drawn)| *sample = (*sample).max(drawn));
             }
+            first += LANES as f32;
         }
         for (step, sample) in rest.iter_mut().enumerate() {
-            *sample = (*sample).max(depth(drawn + step));
+            *sample = (*sample).max(depth(first + step as f32));
         }
     }
 }

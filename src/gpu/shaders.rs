@@ -56,6 +56,8 @@ const LATTICE_COLUMNS: &str = wgsl!("shared/lattice_columns");
 const CUMULUS: &str = wgsl!("shared/cumulus");
 const CUMULUS_LIGHT: &str = wgsl!("shared/cumulus_light");
 const PIECES: &str = wgsl!("shared/cumulus_pieces");
+const SUN_RAYS: &str = wgsl!("shared/cumulus_sun_rays");
+const SUN_READ: &str = wgsl!("shared/cumulus_sun_read");
 const LATTICE: &str = wgsl!("shared/cumulus_lattice");
 const OCTAVES: &str = wgsl!("shared/cumulus_octaves");
 const FORWARD: &str = wgsl!("shared/cumulus_forward");
@@ -158,13 +160,15 @@ shaders! {
         [SPHERE, AIR, COLUMNS, PATH_LINES, PATH_SAMPLED_COLUMNS, SLAB, CLOUD, CLOUD_SHARE, CLOUD_SKY];
     SKY_TABULATED_COLUMNS: "sky_tabulated_columns" of "cloud_tabulated", IMAGE,
         [SPHERE, AIR, COLUMNS, PATH_LINES, PATH_SAMPLED_COLUMNS, SLAB, CLOUD, CLOUD_SHARE, CLOUD_SKY];
-    CUMULUS_SKY_LATTICE: "cumulus_sky_lattice" of "cumulus_sky", IMAGE, [SPHERE, AIR, CUMULUS, CUMULUS_LIGHT, PIECES, LATTICE];
-    CUMULUS_SKY_OCTAVES: "cumulus_sky_octaves" of "cumulus_sky", IMAGE, [SPHERE, AIR, CUMULUS, CUMULUS_LIGHT, PIECES, OCTAVES];
+    CUMULUS_SKY_LATTICE: "cumulus_sky_lattice" of "cumulus_sky", IMAGE, [SPHERE, AIR, CUMULUS, CUMULUS_LIGHT, PIECES, SUN_RAYS, LATTICE];
+    CUMULUS_SKY_OCTAVES: "cumulus_sky_octaves" of "cumulus_sky", IMAGE, [SPHERE, AIR, CUMULUS, CUMULUS_LIGHT, PIECES, SUN_RAYS, OCTAVES];
     CUMULUS_SKY_FORWARD: "cumulus_sky_forward" of "cumulus_sky", IMAGE, [SPHERE, AIR, CUMULUS, CUMULUS_LIGHT, FORWARD];
     CUMULUS_SKY_SHADER: "cumulus_sky_shader" of "cumulus_sky", IMAGE, [SPHERE, AIR, CUMULUS, CUMULUS_LIGHT, SURFACE, SHADER];
     CUMULUS_SKY_SHADER3: "cumulus_sky_shader3" of "cumulus_sky", IMAGE, [SPHERE, AIR, CUMULUS, CUMULUS_LIGHT, SURFACE, SHADER3];
-    CUMULUS_PLANE_LATTICE: "cumulus_plane_lattice" of "cumulus_plane", IMAGE, [PROJECTION, CUMULUS, CUMULUS_LIGHT, PIECES, LATTICE];
-    CUMULUS_PLANE_OCTAVES: "cumulus_plane_octaves" of "cumulus_plane", IMAGE, [PROJECTION, CUMULUS, CUMULUS_LIGHT, PIECES, OCTAVES];
+    CUMULUS_PLANE_LATTICE: "cumulus_plane_lattice" of "cumulus_plane", IMAGE, [PROJECTION, CUMULUS, CUMULUS_LIGHT, PIECES, SUN_RAYS, LATTICE];
+    CUMULUS_PLANE_LATTICE_ASIDE: "cumulus_plane_lattice_aside" of "cumulus_plane", IMAGE, [PROJECTION, CUMULUS, CUMULUS_LIGHT, PIECES, SUN_READ, LATTICE];
+    CUMULUS_PLANE_OCTAVES: "cumulus_plane_octaves" of "cumulus_plane", IMAGE, [PROJECTION, CUMULUS, CUMULUS_LIGHT, PIECES, SUN_RAYS, OCTAVES];
+    CUMULUS_PLANE_OCTAVES_ASIDE: "cumulus_plane_octaves_aside" of "cumulus_plane", IMAGE, [PROJECTION, CUMULUS, CUMULUS_LIGHT, PIECES, SUN_READ, OCTAVES];
     CUMULUS_PLANE_FORWARD: "cumulus_plane_forward" of "cumulus_plane", IMAGE, [PROJECTION, CUMULUS, CUMULUS_LIGHT, FORWARD];
     CUMULUS_PLANE_SHADER: "cumulus_plane_shader" of "cumulus_plane", IMAGE, [PROJECTION, CUMULUS, CUMULUS_LIGHT, SURFACE, SHADER];
     CUMULUS_PLANE_SHADER3: "cumulus_plane_shader3" of "cumulus_plane", IMAGE, [PROJECTION, CUMULUS, CUMULUS_LIGHT, SURFACE, SHADER3];

@@ -9,6 +9,9 @@ use crate::light::Dressed;
 use half::f16;
 use std::sync::Arc;
 
+/// Below this cosine between a view and the sun no ray towards the sun is followed: that of the shader, less what rounding may add.
+const ASIDE: f32 = 0.819;
+
 /// Where the cloud is.
 pub(crate) struct CumulusField {
     pub(crate) host: Volume,
@@ -122,10 +125,12 @@ impl CumulusLight {
         }
     }
 
-    /// On the plane of the texture cloud.
-    fn plane(&self) -> &'static Shader {
+    /// On the plane of the texture cloud; where all rays look aside from the sun, none needs rays towards it.
+    fn plane(&self, aside: bool) -> &'static Shader {
         match self {
+            Self::Lattice(..) if aside => &shaders::CUMULUS_PLANE_LATTICE_ASIDE,
             Self::Lattice(..) => &shaders::CUMULUS_PLANE_LATTICE,
+            Self::Octaves(_) if aside => &shaders::CUMULUS_PLANE_OCTAVES_ASIDE,
             Self::Octaves(_) => &shaders::CUMULUS_PLANE_OCTAVES,
             Self::Forward => &shaders::CUMULUS_PLANE_FORWARD,
             Self::Surface { oldest: false, .. } => &shaders::CUMULUS_PLANE_SHADER,
@@ -179,7 +184,9 @@ impl CumulusInputs {
     pub(super) fn on_plane(&self, gpu: &Gpu, view: &View, output: &wgpu::Buffer, held: &wgpu::Buffer) -> Option<Pass> {
         let (light, mut binds) = self.light(gpu)?;
         binds.extend(binds![&gpu.uniform("view", view), output, held]);
-        Some(Pass::new(light.plane(), [view.size[0], view.rows], binds))
+        let cosine: f32 = view.towards.iter().zip(&self.frame.sun).map(|(seen, sun)| -seen * sun).sum();
+        let aside = view.perspective == 0 && cosine < ASIDE;
+        Some(Pass::new(light.plane(aside), [view.size[0], view.rows], binds))
     }
 
     /// Its part in what is on the ground, or in the texture thickness.

@@ -37,8 +37,10 @@ impl Mixing {
     pub(super) fn add(&mut self, state: &[State], sweep: &Sweep<'_>) -> f64 {
         // The oldest one's memory is used again.
         let mut new = if self.0.len() > KEPT { self.0.pop().unwrap_or_default() } else { Known::default() };
-        new.result.resize(state.len(), State::default());
-        new.residual.resize(state.len(), State::default());
+        rayon::join(
+            || new.result.resize(state.len(), State::default()),
+            || new.residual.resize(state.len(), State::default()),
+        );
         let chunks = new.result.par_chunks_mut(CHUNK).zip(new.residual.par_chunks_mut(CHUNK)).enumerate();
         let sums = chunks.map(|(chunk, (result, residual))| {
             let start = chunk * CHUNK;

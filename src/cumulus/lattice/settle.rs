@@ -43,8 +43,9 @@ impl Enough {
 /// Light in the cubes of cloud.
 pub(super) struct Settled {
     pub(super) state: Vec<State>,
-    /// What ran over them, to be used again.
+    /// What ran over them, and its sums, to be used again.
     pub(super) rises: [Rise; 2],
+    pub(super) sums: [Vec<State>; 3],
     pub(super) iterations: usize,
     pub(super) change: f64,
 }
@@ -80,5 +81,5 @@ pub(super) fn settle<E>(
         }
         mixing.mix(&mut state);
     }
-    Ok(Settled { state, rises: sweep.rises, iterations, change })
+    Ok(Settled { state, rises: sweep.rises, sums: sweep.sums, iterations, change })
 }

@@ -92,17 +92,13 @@ pub(super) struct Sweep<'a> {
 
 impl<'a> Sweep<'a> {
     pub(super) fn new(grid: &Grid, set: &'a Set) -> Self {
-        Self::again([Way::Up, Way::Down].map(|way| Rise::new(grid, way)), grid, set)
+        Self::again([Way::Up, Way::Down].map(|way| Rise::new(grid, way)), Default::default(), grid, set)
     }
 
-    /// With what has run over other cubes of the same grid.
-    pub(super) fn again(rises: [Rise; 2], grid: &Grid, set: &'a Set) -> Self {
-        Self {
-            set,
-            rises,
-            level: Level::new(grid, set),
-            sums: std::array::from_fn(|_| vec![State::default(); set.places.len()]),
-        }
+    /// With what has run over other cubes of the same grid, and the memory of its sums.
+    pub(super) fn again(rises: [Rise; 2], mut sums: [Vec<State>; 3], grid: &Grid, set: &'a Set) -> Self {
+        sums.par_iter_mut().for_each(|sums| sums.resize(set.places.len(), State::default()));
+        Self { set, rises, level: Level::new(grid, set), sums }
     }
 
     /// `state` is that of the cubes that hold cloud; light passes the others unchanged.
@@ -131,11 +127,9 @@ impl<'a> Sweep<'a> {
         [down.exits(border, lowest), up.exits(border, lowest)]
     }
 
-    /// One iteration: the state of all cubes of the set, and what leaves.
-    pub(super) fn all(mut self, cloud: &Cloud, border: &Border, state: &[State]) -> (Vec<State>, Leaving) {
-        self.run(cloud, border, state);
-        let next = (0..self.set.places.len()).into_par_iter().map(|i| self.next(i)).collect();
+    /// What left after the last run.
+    pub(super) fn leaving(&self, border: &Border) -> Leaving {
         let [up, down] = &self.rises;
-        (next, [down.leaving(border), up.leaving(border)])
+        [down.leaving(border), up.leaving(border)]
     }
 }
