@@ -13,18 +13,15 @@ fn single<const N: usize>(values: [f64; N]) -> [f32; N] {
     values.map(|value| value as f32)
 }
 
-fn sun(moment: &Moment, discs: u32) -> Sun {
+fn sun(moment: &Moment) -> Sun {
     let light = &moment.illumination;
     Sun {
         towards: single(light.towards_sun),
         slant_cosine: moment.slant_cosine() as f32,
         irradiance: single(light.beam),
         cosine: light.cosine() as f32,
-        radius: (0.5 * light.sun_diameter) as f32,
-        discs,
-        spare: [0; 2],
         through_air: single(light.air_below.ground_beam),
-        spare_2: 0,
+        spare: 0,
     }
 }
 
@@ -32,7 +29,7 @@ fn sun(moment: &Moment, discs: u32) -> Sun {
 pub(crate) fn frame(moment: &Moment, number: usize) -> Frame {
     let (light, layer) = (&moment.illumination, &moment.layers[number]);
     Frame {
-        sun: sun(moment, layer.discs),
+        sun: sun(moment),
         medium: Medium {
             extinction: single(layer.extinction_per_m),
             extinction_550: layer.extinction_per_m[1] as f32,
@@ -72,7 +69,7 @@ pub(crate) fn frame(moment: &Moment, number: usize) -> Frame {
 
 /// Light on a scene without stratiform layers, as a layer of no cloud.
 pub(crate) fn clear(moment: &Moment) -> Frame {
-    Frame { sun: sun(moment, 1), ..Frame::default() }
+    Frame { sun: sun(moment), ..Frame::default() }
 }
 
 /// A layer of cumulus; side of the cubes of its lattice and its floor where its light is wanted.

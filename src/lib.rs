@@ -88,6 +88,7 @@ pub mod slice;
 pub mod spectrum;
 pub mod store;
 pub mod sun;
+mod sun_rays;
 pub mod tables;
 mod traced;
 mod version;

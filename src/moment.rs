@@ -13,15 +13,14 @@ use crate::projection::Side;
 use crate::scene::quantity::Quantity as _;
 use crate::slab::forward::{FORWARD_DEG, forward_albedo};
 use crate::slice::without_peak;
+use crate::sun_rays::{Crossed, SWEPT_LINES, SunRays};
 use std::sync::Arc;
 
 /// Cuts of a ray through a layer, at most: with half as many other steps and 32 places on the sun's disc a march stays below
 /// the 65,535 iterations of an invocation at which a common software driver silently stops.
 const MAX_STEPS: u32 = 1024;
-/// Places on the sun's disc that are looked at for one texel of its shadow, where its penumbra is seen: four for each texel that it is wide,
-/// so that the beam is within 0.01, root mean square (docs/method.md, section 5).
-const DISCS: [f64; 2] = [8.0, 32.0];
-
+/// Lines between texels that a ray crosses, for each texel that it goes over the map.
+const LINES_OF_SLOPE: f64 = 1.5;
 /// A layer at a moment. Arrays are red, green, blue.
 #[derive(Debug, Clone)]
 pub(crate) struct LayerMoment {
@@ -53,8 +52,8 @@ pub(crate) struct LayerMoment {
     pub(crate) above_uv: [f64; 2],
     /// Cuts of a ray.
     pub(crate) max_steps: u32,
-    /// Places on the sun's disc that are looked at.
-    pub(crate) discs: u32,
+    /// From the ground towards the sun's disc.
+    pub(crate) rays: SunRays,
     /// Spread of light between where it enters and where it leaves: standard deviation, texels of the maps of sunlight.
     pub(crate) blur_texels: f64,
     /// Of the thickness map.
@@ -92,13 +91,6 @@ pub(crate) struct Moment {
     top_m: f64,
 }
 
-/// Places on the sun's disc for a penumbra of so many texels: one where it is narrower than half a texel.
-fn discs(light: &Illumination, height_m: f64, texel_m: f64) -> u32 {
-    let cosine = light.cosine().max(0.01);
-    let texels = height_m * light.sun_diameter / (cosine * cosine) / texel_m;
-    if texels < 0.5 { 1 } else { (4.0 * texels).clamp(DISCS[0], DISCS[1]) as u32 }
-}
-
 /// A layer, and what the grids need of it.
 fn layer(job: &Job, number: usize, fields: &[Arc<Field>], light: &Illumination) -> (LayerMoment, LayerShape) {
     let (field, above_m) = (&fields[number], fields.get(number + 1).map(|above| above.base_m));
@@ -111,10 +103,25 @@ fn layer(job: &Job, number: usize, fields: &[Arc<Field>], light: &Illumination) 
     let smooth = |c: usize| without_peak(&channels[c], &tables.phases[c]);
     let (extent_m, base_m, depth_m) = (scene.extent_m(), field.base_m, f64::from(field.depth_m));
     let sun = light.towards_sun;
-    let output_m = extent_m / f64::from(job.request().size.unwrap_or(scene.resolution()));
     // Light by entry is a matter of the smooth remainder of all scattering: its length is that of transport.
     let transport_550 = 1.0 - channels[1].asymmetry;
     let transport_length_m = 1.0 / (extinction_per_m[1] * field.density * transport_550).max(1e-9);
+    let sides = [field.thickness.width, field.thickness.height].map(f64::from);
+    let texels = sides[0].max(sides[1]);
+    let max_steps = if field.is_uniform() { 1 } else { MAX_STEPS };
+    let ground_side = f64::from(job.request().size.unwrap_or(scene.resolution()));
+    let crossed = Crossed {
+        sun,
+        radius: 0.5 * light.sun_diameter,
+        extent_m,
+        base_m,
+        depth_m,
+        side: texels,
+        coarser_side: sides[0].min(sides[1]),
+        lines: (LINES_OF_SLOPE * slope(sun) * depth_m * texels / extent_m).clamp(1.0, max_steps.into()),
+        lines_of_slope: LINES_OF_SLOPE,
+        ground_side: job.points().is_empty().then_some(ground_side),
+    };
     let moment = LayerMoment {
         base_m,
         radiating_m: 0.5 * (base_m + field.mean_base_m),
@@ -130,10 +137,10 @@ fn layer(job: &Job, number: usize, fields: &[Arc<Field>], light: &Illumination) 
         offset_uv: field::offsets(layer, job.request().time_s, extent_m).read,
         shift_uv: shift_uv(sun, base_m, extent_m),
         above_uv: above_m.map_or([0.0; 2], |above_m| shift_uv(sun, above_m - base_m, extent_m)),
-        max_steps: if field.is_uniform() { 1 } else { MAX_STEPS },
-        discs: discs(light, base_m + depth_m, output_m),
+        max_steps,
+        rays: crossed.rays(),
         blur_texels: 0.0,
-        texel_m: extent_m / f64::from(field.thickness.width.max(field.thickness.height)),
+        texel_m: extent_m / texels,
     };
     (moment, LayerShape { transport_length_m, depth_m })
 }
@@ -153,7 +160,7 @@ impl LayerMoment {
 
     /// Lines between texels in each of two directions that a ray of a slope crosses.
     fn lines_at(&self, slope: f64) -> f64 {
-        1.5 * slope * self.depth_m / self.texel_m
+        LINES_OF_SLOPE * slope * self.depth_m / self.texel_m
     }
 }
 
@@ -210,7 +217,9 @@ impl Moment {
 
     /// The same of the rays that look for the sun from a texel of the ground.
     pub(crate) fn sun_cuts(&self) -> f64 {
-        let cuts = |layer: &LayerMoment| f64::from(layer.discs) * layer.cuts(self.illumination.towards_sun);
+        let sun = self.illumination.towards_sun;
+        let each = |layer: &LayerMoment| if layer.rays.fine > 0 { SWEPT_LINES } else { layer.cuts(sun) };
+        let cuts = |layer: &LayerMoment| layer.rays.count() as f64 * each(layer);
         self.layers.iter().map(cuts).sum::<f64>().max(1.0)
     }
 }

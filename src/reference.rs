@@ -61,6 +61,7 @@ pub mod sphere;
 pub mod sun;
 pub mod sun_entry;
 pub mod sun_share;
+pub mod sun_sweep;
 pub mod thickness;
 
 pub use map::Map;

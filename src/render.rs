@@ -3,6 +3,7 @@
 //! [`Renderer`] opens a device and keeps it warm; `pipeline` is the one way from a job to texels, in the order of the stages;
 //! `file` makes of a texture the bytes of a file; `stages` reads a run back for tests.
 
+mod bands;
 mod clear;
 mod compass;
 mod cumulus_kept;

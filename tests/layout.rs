@@ -8,8 +8,9 @@ use naga::valid::{Capabilities, ValidationFlags, Validator};
 use naga::{Expression, Literal, Module, ShaderStage, TypeInner};
 use skyloom::cumulus::{self, dressed};
 use skyloom::gpu::layout::{
-    self, Backdrop, Blend, Blur, Cells, Columns, Cumulus, CumulusSurface, Eddies, Frame, Histogram, LatticeLight,
-    Medium, Octaves, Placement, Remainder, Share, SkyView, Step, Streets, Sun, SunMaps, Transfer, Turned, View,
+    self, Backdrop, Blend, Blur, Cells, Columns, Cumulus, CumulusSurface, Disc, DiscPlace, Eddies, Frame, Histogram,
+    LatticeLight, Medium, Octaves, Placement, Remainder, Share, SkyView, Step, Streets, Sun, SunMaps, Transfer, Turned,
+    View,
 };
 use skyloom::gpu::shaders::{self, Shader};
 use skyloom::projection::SphereLayout;
@@ -48,7 +49,7 @@ macro_rules! host_layout {
 
 fn host_layouts() -> Vec<(&'static str, Layout)> {
     vec![
-        host_layout!(Sun { towards, slant_cosine, irradiance, cosine, radius, discs, spare, through_air, spare_2 }),
+        host_layout!(Sun { towards, slant_cosine, irradiance, cosine, through_air, spare }),
         host_layout!(Medium {
             extinction,
             extinction_550,
@@ -63,6 +64,8 @@ fn host_layouts() -> Vec<(&'static str, Layout)> {
         }),
         host_layout!(Placement { offset_uv, shift_uv, above_uv, extent_m, base_m, depth_m, max_steps, lowest, ragged }),
         host_layout!(SunMaps { sample_at, texels, columns }),
+        host_layout!(DiscPlace { shift_uv, cosine, direction }),
+        host_layout!(Disc { fine, directions, count, first, total, spare_0, spare_1, spare_2, towards, places }),
         host_layout!(Frame { sun, medium, place, maps }),
         host_layout!(View {
             towards,

@@ -344,7 +344,13 @@ fn check_thickness(stages: &Stages) {
 
 /// Tolerances of what one layer leaves of the beam, from a run of the twin on a raised map.
 fn ground_sun(stages: &Stages, thickness: &Map) -> Vec<reference::ground_sun::GroundSun> {
-    reference::ground_sun::main(&stages.frame, &stages.view, thickness, &map(&stages.tables.transmittance))
+    reference::ground_sun::main(
+        &stages.frame,
+        &stages.disc,
+        &stages.view,
+        thickness,
+        &map(&stages.tables.transmittance),
+    )
 }
 
 fn check_shadow(stages: &Stages) {

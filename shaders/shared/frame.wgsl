@@ -6,11 +6,8 @@ struct Sun {
     slant_cosine: f32,        // cosine of its zenith, at least MIN_COSINE: of rays and tables
     irradiance: vec3<f32>,    // facing it, 0 below the horizon
     cosine: f32,              // of its zenith, at least 0: 0 is night
-    radius: f32,              // of its disc, radians
-    discs: u32,               // places on the disc that are looked at, 1 for a point
-    spare: vec2<u32>,
     through_air: vec3<f32>,   // part of its beam that air among and below the clouds leaves on the ground
-    spare_2: u32,
+    spare: u32,
 }
 
 // What a layer is made of: red, green and blue are 650, 550 and 450 nm.
@@ -54,6 +51,28 @@ struct Frame {
     medium: Medium,
     place: Placement,
     maps: SunMaps,
+}
+
+// A place on the sun's disc.
+struct DiscPlace {
+    shift_uv: vec2<f32>,      // from a point of the ground to where its ray crosses the layer's base, turned to its direction
+    cosine: f32,              // of its zenith
+    direction: u32,           // which of the directions its rays have within the layer
+}
+
+// Places on the sun's disc that are looked at together.
+struct Disc {
+    fine: u32,                // how many times as dense as the map's texels rays from the ground are swept over the layer, 0: each is
+                              // followed by itself
+    directions: u32,
+    count: u32,               // places
+    first: u32,               // of all that are looked at, so many come before these
+    total: u32,               // how many are looked at in all
+    spare_0: u32,
+    spare_1: u32,
+    spare_2: u32,
+    towards: array<vec4<f32>, 32>, // unit vectors; the fourth is unused
+    places: array<DiscPlace, 32>,
 }
 
 // One output texture, or a band of its rows.
@@ -325,4 +344,15 @@ fn domain_uv(position_m: vec2<f32>, extent_m: f32) -> vec2<f32> {
 fn texel_place(view: View, pixel: vec2<u32>) -> vec2<f32> {
     let place = (vec2<f32>(f32(pixel.x), f32(pixel.y + view.first_row)) + 0.5) / vec2<f32>(view.size);
     return select(place, view.point, view.pointed == 1u);
+}
+
+// How far over the map a ray goes for each metre of height.
+fn path_slope(frame: Frame, up: vec3<f32>) -> vec2<f32> {
+    return vec2<f32>(up.x, -up.y) / (max(up.z, MIN_COSINE) * frame.place.extent_m);
+}
+
+// How often a ray through the whole layer would be cut, over how often it may be.
+fn path_excess(map: texture_2d<f32>, frame: Frame, slope: vec2<f32>) -> f32 {
+    let crossings = frame.place.depth_m * dot(abs(slope), vec2<f32>(textureDimensions(map)));
+    return crossings / f32(frame.place.max_steps);
 }

@@ -26,17 +26,6 @@ fn path_in_layer(
     return path_from(map, bounds, repeat, frame, base_uv, up, 0.0);
 }
 
-// How far over the map a ray goes for each metre of height.
-fn path_slope(frame: Frame, up: vec3<f32>) -> vec2<f32> {
-    return vec2<f32>(up.x, -up.y) / (max(up.z, MIN_COSINE) * frame.place.extent_m);
-}
-
-// How often a ray through the whole layer would be cut, over how often it may be.
-fn path_excess(map: texture_2d<f32>, frame: Frame, slope: vec2<f32>) -> f32 {
-    let crossings = frame.place.depth_m * dot(abs(slope), vec2<f32>(textureDimensions(map)));
-    return crossings / f32(frame.place.max_steps);
-}
-
 // A ray that starts from_m above the base, at start_uv.
 fn path_from(
     map: texture_2d<f32>,

@@ -1,4 +1,8 @@
-// Cloud along a ray towards the sun, as far as some of the beam is left. Uses the binding frame of the pass.
+// Cloud along a ray towards the sun, as far as some of the beam is left. Uses the bindings frame, disc and thickness of the pass.
+@group(0) @binding(9) var bounds: texture_2d<f32>;
+@group(0) @binding(10) var repeat: sampler;
+
+const PATH_SEEN: bool = false;
 
 // What is left of a beam beyond this optical depth is less than single precision holds beside 1.
 const SUN_RAY_DEPTH: f32 = 17.0;
@@ -7,17 +11,12 @@ const SUN_RAY_DEPTH: f32 = 17.0;
 const SUN_RAY_LINES: f32 = 96.0;
 const SUN_RAY_PIECES: f32 = 10.0;
 
-// Length of cloud of the layer's extinction along a ray, or so much that the beam is dark: see path_in_layer.
-fn path_while_lit(
-    map: texture_2d<f32>,
-    bounds: texture_2d<f32>,
-    repeat: sampler,
-    base_uv: vec2<f32>,
-    up: vec3<f32>,
-) -> f32 {
+// Height crossed in cloud of the layer's extinction, or so much that the beam is dark: see path_in_layer.
+fn height_to_sun(direction: u32, base_uv: vec2<f32>) -> f32 {
+    let up = disc.towards[direction].xyz;
     let cosine = max(up.z, MIN_COSINE);
     let slope = path_slope(frame, up);
-    let excess = path_excess(map, frame, slope);
+    let excess = path_excess(thickness, frame, slope);
     let shorter = slope / max(1.0, excess);
     let per_metre = frame.medium.extinction_550 / cosine;
     let dark_m = SUN_RAY_DEPTH / (frame.medium.beam_550 * per_metre);
@@ -30,7 +29,7 @@ fn path_while_lit(
     for (var piece = 0.0; piece < pieces && sum < dark_m; piece += 1.0) {
         let low_m = piece * piece_m;
         let way = Way(start + shorter * low_m, shorter, low_m, piece_m, 1.0);
-        sum += path_stretch(map, bounds, repeat, way, per_metre, steps, 0.0).path_m;
+        sum += path_stretch(thickness, bounds, repeat, way, per_metre, steps, 0.0).path_m;
     }
-    return sum / cosine;
+    return sum;
 }

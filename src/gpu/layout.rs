@@ -26,16 +26,10 @@ pub struct Sun {
     pub irradiance: [f32; 3],
     /// Cosine of its zenith, at least 0: 0 is night.
     pub cosine: f32,
-    /// Of its disc, radians.
-    pub radius: f32,
-    /// Places on the disc that are looked at, 1 for a point.
-    pub discs: u32,
-    /// Unused.
-    pub spare: [u32; 2],
     /// Part of its beam that air among and below the clouds leaves on the ground.
     pub through_air: [f32; 3],
     /// Unused.
-    pub spare_2: u32,
+    pub spare: u32,
 }
 
 /// What a layer is made of: red, green and blue are 650, 550 and 450 nm.
@@ -113,6 +107,49 @@ pub struct Frame {
     pub place: Placement,
     /// Its maps of sunlight.
     pub maps: SunMaps,
+}
+
+/// A place on the sun's disc.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, Pod, Zeroable)]
+pub struct DiscPlace {
+    /// From a point of the ground to where its ray crosses the layer's base, turned to its direction.
+    pub shift_uv: [f32; 2],
+    /// Of its zenith.
+    pub cosine: f32,
+    /// Which of the directions its rays have within the layer.
+    pub direction: u32,
+}
+
+/// Places on the sun's disc that are looked at together.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, Pod, Zeroable)]
+pub struct Disc {
+    /// How many times as dense as the map's texels rays from the ground are swept over the layer; 0: each is followed by itself.
+    pub fine: u32,
+    /// Directions of rays.
+    pub directions: u32,
+    /// Places.
+    pub count: u32,
+    /// Of all that are looked at, so many come before these.
+    pub first: u32,
+    /// How many are looked at in all.
+    pub total: u32,
+    /// Unused.
+    pub spare_0: u32,
+    /// Unused.
+    pub spare_1: u32,
+    /// Unused.
+    pub spare_2: u32,
+    /// Unit vectors; the fourth is unused.
+    pub towards: [[f32; 4]; 32],
+    /// The places.
+    pub places: [DiscPlace; 32],
+}
+
+impl Disc {
+    /// Places that are looked at, at most.
+    pub const MOST: u32 = 32;
 }
 
 /// One output texture, or a band of its rows.

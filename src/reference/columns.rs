@@ -49,7 +49,7 @@ pub fn column_piece(first: Column, last: Column, heights_m: [f64; 2]) -> Option<
 }
 
 /// Where from 0 to 1 what goes evenly from one value to another is above 0.
-fn positive([first, last]: [f64; 2]) -> Option<[f64; 2]> {
+pub(super) fn positive([first, last]: [f64; 2]) -> Option<[f64; 2]> {
     match (first > 0.0, last > 0.0) {
         (true, true) => Some([0.0, 1.0]),
         (true, false) => Some([0.0, first / (first - last)]),

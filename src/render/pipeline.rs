@@ -1,6 +1,7 @@
 //! The stages in order, and what of them stays on the device between requests. Every texture goes this one way; tests look at
 //! the same run.
 
+use super::bands::{Shading, bands};
 use super::cumulus_kept::CumulusKept;
 use super::drawn::{cumulus_place, drawn};
 use super::file::check_eye;
@@ -33,7 +34,7 @@ use std::time::{Duration, Instant};
 const KEPT: usize = 8;
 /// What moving fields are made from, which for the finest takes most of a gigabyte each: one scene of four layers.
 const KEPT_SOURCES: usize = 4;
-/// The same of the sun's beam on the ground, 16 MiB at most each: shadow and irradiance of a moment follow one another.
+/// The same of the sun's beam on the ground, 32 MiB at most each: shadow and irradiance of a moment follow one another.
 const KEPT_BEAMS: usize = 4;
 
 /// Tables of a droplet mix, as textures.
@@ -52,7 +53,7 @@ pub(super) struct Pipeline {
     slabs: Kept<SlabKey, SlabLight>,
     lattices: LatticesKept,
     lights: Kept<LightKey, Arc<Light>>,
-    beams: Kept<BeamKey, Arc<GroundSun>>,
+    beams: Kept<BeamKey, Arc<Vec<GroundSun>>>,
     skies: SkyKept,
     cumulus: CumulusKept,
     /// Thicknesses of layers above and below cumulus, as the host reads them.
@@ -91,15 +92,6 @@ impl From<Traced> for Texels {
 pub(super) enum Keep {
     Texels,
     Stages,
-}
-
-/// What the shading of all bands of a texture takes.
-struct Shading<'a> {
-    job: &'a Job,
-    moment: &'a Moment,
-    inputs: shade::Inputs<'a>,
-    view: &'a View,
-    watch: &'a Watch,
 }
 
 /// Stage times.
@@ -222,6 +214,7 @@ impl Pipeline {
             method: slabs.get(number),
             light: light.as_deref().and_then(|light| light.layers.get(number)),
             levels: levels.get(number).map(|levels| &**levels),
+            rays: &run.moment.layers[number].rays,
         };
         let dark = self.gpu.texture_from("gathered", [1; 2], 4, &[0.0; 4]);
         let of = |layers: Vec<usize>, with_cumulus: bool| shade::Inputs {
@@ -369,36 +362,6 @@ fn lit(
         settled: moment.plan.exchange_change,
     };
     Ok(light::light(gpu, &inputs, watch.deadline)?)
-}
-
-/// Shades a texture in bands, so that a request can be dropped between them.
-fn bands(gpu: &Gpu, beams: &mut Kept<BeamKey, Arc<GroundSun>>, shading: &Shading<'_>) -> Result<Vec<f32>, RenderError> {
-    let Shading { job, moment, inputs, view, watch } = shading;
-    let (kind, wanted) = (job.request().texture(), &job.request().wanted);
-    let needs = kind.needs();
-    let cuts = if needs.ground_sun {
-        moment.sun_cuts()
-    } else if needs.slab {
-        moment.view_cuts(wanted.plane().and_then(|plane| plane.towards()), view.size[0])
-    } else {
-        1.0
-    };
-    let [across, down] = view.size;
-    let rows = shade::band_rows(view.size, cuts);
-    let mut data = Vec::with_capacity(across as usize * down as usize * kind.channels().len());
-    for first_row in (0..down).step_by(rows as usize) {
-        watch.look()?;
-        let band = View { first_row, rows: rows.min(down - first_row), ..**view };
-        let make = || Ok::<_, RenderError>(Arc::new(shade::ground_sun(gpu, inputs, &band, watch.deadline)?));
-        let sun = match needs.ground_sun {
-            // Bands of larger textures would only push each other out.
-            true if rows == down => Some(beams.get_or(BeamKey::new(job, moment, view.size), make)?),
-            true => Some(make()?),
-            false => None,
-        };
-        data.extend(shade::band(gpu, kind, inputs, sun.as_deref(), &band, watch.deadline)?);
-    }
-    Ok(data)
 }
 
 /// What a layer's field is made from. Kept only where the field moves: a still one is made once.

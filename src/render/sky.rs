@@ -1,5 +1,6 @@
 //! The texels of a sky: what is made for it beside what other textures take, kept on the device, and its bands.
 
+use super::bands::ground_suns;
 use super::kept::Kept;
 use super::keys::{AirKey, FieldKey, GroundKey};
 use super::pipeline::Keep;
@@ -9,7 +10,7 @@ use crate::atmosphere::End;
 use crate::field::{self, Field, Levels};
 use crate::frame;
 use crate::gpu::layout::{SkyView, View};
-use crate::gpu::{Gpu, Target};
+use crate::gpu::{Gpu, GpuError, Target};
 use crate::ground::GroundMap;
 use crate::illumination::Illumination;
 use crate::job::{Job, RenderError, Watch};
@@ -178,8 +179,9 @@ impl SkyKept {
             let made = if all.layers.is_empty() && all.cumulus.is_none() {
                 shade::ground_radiance(gpu, &OnGround::Even(moment.illumination.total()), &view, &albedo, deadline)
             } else {
-                let sun = shade::ground_sun(gpu, all, &view, deadline)?;
-                shade::ground_radiance(gpu, &OnGround::Through(all, &sun), &view, &albedo, deadline)
+                let suns = ground_suns(gpu, all, &[view], watch)?;
+                let sun = suns.first().ok_or_else(|| GpuError::Failed("the ground has no sun".to_owned()))?;
+                shade::ground_radiance(gpu, &OnGround::Through(all, sun), &view, &albedo, deadline)
             };
             Ok(Arc::new(made?))
         })

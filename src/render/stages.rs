@@ -3,12 +3,13 @@
 use super::pipeline::{Pipeline, Run};
 use crate::exchange::stack::LayerLight;
 use crate::field::{self, FieldStages};
-use crate::gpu::layout::{Backdrop, Frame, Share, SkyView, View};
+use crate::gpu::layout::{Backdrop, Disc, Frame, Share, SkyView, View};
 use crate::gpu::{HostMap, PassRecord, Target};
 use crate::job::{Job, RenderError, Watch};
 use crate::light::{ColumnMaps, Energy, LatticeMaps};
 use crate::shade::SkyClouds;
 use crate::slice::{self, HostSlab, HostTables};
+use crate::sun_rays::SunRays;
 use std::sync::{Arc, PoisonError};
 
 /// Results of the stages of one layer: the request's, or the lowest.
@@ -16,6 +17,10 @@ use std::sync::{Arc, PoisonError};
 pub struct Stages {
     /// The layer at the moment.
     pub frame: Frame,
+    /// Rays from the ground towards the sun's disc.
+    pub disc: Disc,
+    /// The same rays, each followed by itself.
+    pub followed: Disc,
     /// The passes that made the thickness, if any did.
     pub field: Option<FieldStages>,
     /// Thickness, metres.
@@ -104,6 +109,10 @@ pub struct SkyStages {
     pub clouds: SkyClouds,
 }
 
+fn whole(rays: &SunRays) -> Disc {
+    rays.parts(usize::MAX).first().copied().unwrap_or_default()
+}
+
 /// Reads the stages of a run back.
 pub(super) fn read(
     pipeline: &mut Pipeline,
@@ -137,6 +146,8 @@ pub(super) fn read(
     let open = || HostMap { width: 1, height: 1, channels: 4, data: vec![1.0, 1.0, 1.0, 0.0] };
     Ok(Stages {
         frame: run.frames[number],
+        disc: whole(&moment.layers[number].rays),
+        followed: whole(&moment.layers[number].rays.followed()),
         field: field_stages,
         thickness: map(&field.thickness)?,
         bounds: map(&field.bounds)?,

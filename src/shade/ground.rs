@@ -1,7 +1,7 @@
 //! Textures on the ground: the sun's beam at each texel, and what is made of it.
 
-use super::inputs::{Inputs, each, early};
-use crate::gpu::layout::View;
+use super::inputs::{Inputs, LayerInputs, early};
+use crate::gpu::layout::{Disc, View};
 use crate::gpu::{Gpu, GpuError, Pass, binds, shaders};
 use crate::request::TextureKind;
 use std::time::Instant;
@@ -13,35 +13,94 @@ pub(crate) struct GroundSun {
     unscattered: wgpu::Buffer,
 }
 
-/// Marches towards the sun from each texel of a band.
-pub(crate) fn ground_sun(
-    gpu: &Gpu,
-    inputs: &Inputs<'_>,
-    view: &View,
-    deadline: Option<Instant>,
-) -> Result<GroundSun, GpuError> {
-    let (sun, passes) = towards_sun(gpu, inputs, view).ok_or_else(|| early("the sun's beam"))?;
-    gpu.run("ground_sun", deadline, &passes)?;
-    Ok(sun)
+/// The passes that look towards the sun from bands of a texture, and what they fill.
+pub(crate) struct TowardsSun {
+    /// One a band.
+    pub(crate) suns: Vec<GroundSun>,
+    /// Passes that are submitted together.
+    pub(crate) steps: Vec<Vec<Pass>>,
 }
 
-/// The passes that march towards the sun, and what they fill.
-fn towards_sun(gpu: &Gpu, inputs: &Inputs<'_>, view: &View) -> Option<(GroundSun, Vec<Pass>)> {
-    let count = 4 * view.size[0] as usize * view.rows as usize;
-    let sun = GroundSun { beam: gpu.storage("beam", count), unscattered: gpu.storage("unscattered", count) };
-    let mut passes = each(gpu, inputs, view, false, |layer, view| {
-        let (thickness, bounds) = (&layer.field.thickness, &layer.field.bounds);
-        let transmittance = &layer.tables?.transmittance;
-        let (repeat, clamp) = (&gpu.repeat, &gpu.clamp);
-        let binds =
-            binds![layer.frame, view, thickness, bounds, transmittance, repeat, clamp, &sun.beam, &sun.unscattered];
-        Some((layer.field.shader([&shaders::GROUND_SUN, &shaders::GROUND_SUN_COLUMNS]), binds))
-    })?;
-    if let Some((_, cumulus)) = inputs.cumulus {
-        let view = View { first: passes.is_empty().into(), ..*view };
-        passes.push(cumulus.below(gpu, &shaders::CUMULUS_GROUND, &view, &[&sun.beam, &sun.unscattered]));
+/// Of the numbers of rays that are swept together, bytes: what a device must bind at least.
+const SWEPT_BYTES: u64 = 1 << 27;
+
+/// What is left of the sun's beam at each texel of some bands.
+pub(crate) fn towards_sun(gpu: &Gpu, inputs: &Inputs<'_>, bands: &[View]) -> Result<TowardsSun, GpuError> {
+    let early = || early("the sun's beam");
+    let texels = |view: &View| view.size[0] as usize * view.rows as usize;
+    let sun = |view: &View| GroundSun {
+        beam: gpu.storage("beam", 4 * texels(view)),
+        unscattered: gpu.storage("unscattered", 4 * texels(view)),
+    };
+    let suns: Vec<GroundSun> = bands.iter().map(sun).collect();
+    let in_parts = inputs.layers.iter().skip(1).any(|layer| disc_parts(layer).len() > 1);
+    let sums: Vec<_> =
+        bands.iter().map(|view| gpu.storage("sums", 8 * if in_parts { texels(view) } else { 1 })).collect();
+    let mut steps = Vec::new();
+    for (number, layer) in inputs.layers.iter().enumerate() {
+        let (field, tables) = (layer.field, layer.tables.ok_or_else(early)?);
+        let parts = disc_parts(layer);
+        let most = parts.iter().map(|part| part.directions).max().unwrap_or(0);
+        let swept = (layer.rays.fine > 0).then(|| gpu.storage("swept", most as usize * swept_rays(layer)));
+        for part in parts {
+            let uniform = gpu.uniform("disc", &part);
+            if let Some(swept) = &swept {
+                let shader = field.shader([&shaders::SUN_SWEEP, &shaders::SUN_SWEEP_COLUMNS]);
+                let binds = binds![layer.frame, &uniform, &field.thickness, swept];
+                steps.push(vec![Pass::new(shader, [swept_rows(layer), part.directions], binds)]);
+            }
+            for ((view, sun), sums) in bands.iter().zip(&suns).zip(&sums) {
+                let bound = gpu.uniform("view", &View { first: (number == 0).into(), ..*view });
+                let mut binds = binds![
+                    layer.frame,
+                    &bound,
+                    &uniform,
+                    &field.thickness,
+                    &tables.transmittance,
+                    &gpu.clamp,
+                    &sun.beam,
+                    &sun.unscattered,
+                    sums
+                ];
+                let shader = match &swept {
+                    Some(swept) => {
+                        binds.extend(binds![swept]);
+                        &shaders::GROUND_SWEPT
+                    }
+                    None => {
+                        binds.extend(binds![&field.bounds, &gpu.repeat]);
+                        field.shader([&shaders::GROUND_SUN, &shaders::GROUND_SUN_COLUMNS])
+                    }
+                };
+                steps.push(vec![Pass::new(shader, [view.size[0], view.rows], binds)]);
+            }
+        }
     }
-    Some((sun, passes))
+    if let Some((_, cumulus)) = inputs.cumulus {
+        for (view, sun) in bands.iter().zip(&suns) {
+            let view = View { first: inputs.layers.is_empty().into(), ..*view };
+            let binds = [&sun.beam, &sun.unscattered];
+            steps.push(vec![cumulus.below(gpu, &shaders::CUMULUS_GROUND, &view, &binds)]);
+        }
+    }
+    Ok(TowardsSun { suns, steps })
+}
+
+/// Rows of rays that are swept over a layer.
+fn swept_rows(layer: &LayerInputs<'_>) -> u32 {
+    layer.rays.fine * layer.field.thickness.width.max(layer.field.thickness.height)
+}
+
+/// Numbers of the rays towards one place on the sun's disc: as `sweep_row` in `shaders/shared/sweep.wgsl` has them.
+fn swept_rays(layer: &LayerInputs<'_>) -> usize {
+    let rows = swept_rows(layer) as usize;
+    rows * (rows + 2)
+}
+
+/// Rays towards places on the disc that are looked at together: all, but for the memory that swept ones take.
+fn disc_parts(layer: &LayerInputs<'_>) -> Vec<Disc> {
+    let directions = SWEPT_BYTES / (4 * swept_rays(layer).max(1) as u64);
+    layer.rays.parts(directions as usize)
 }
 
 /// Irradiance at places of the ground alone, domains from the north-western corner: six numbers each, all light and of it the
@@ -56,12 +115,12 @@ pub(crate) fn points(
     let (mut passes, mut outputs) = (Vec::new(), Vec::with_capacity(2 * places.len()));
     for place in places {
         let view = View { size: [1; 2], rows: 1, point: place.map(|part| part as f32), pointed: 1, ..*view };
-        let (sun, marched) = towards_sun(gpu, inputs, &view).ok_or_else(|| early("the sun's beam"))?;
-        passes.extend(marched);
+        let TowardsSun { suns, steps } = towards_sun(gpu, inputs, &[view])?;
+        passes.extend(steps.into_iter().flatten());
         for part in [0, 1] {
             let output = gpu.storage("output", 3);
             let view = View { part, ..view };
-            let shaded = on_the_ground(gpu, TextureKind::Irradiance, inputs, Some(&sun), &view, &output);
+            let shaded = on_the_ground(gpu, TextureKind::Irradiance, inputs, suns.first(), &view, &output);
             passes.extend(shaded.ok_or_else(|| early("a point"))?);
             outputs.push(output);
         }

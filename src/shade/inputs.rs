@@ -8,6 +8,7 @@ use crate::gpu::shaders::Shader;
 use crate::gpu::{Bind, Gpu, GpuError, Pass, Target, binds};
 use crate::light::LayerLight;
 use crate::slice::DeviceTables;
+use crate::sun_rays::SunRays;
 
 /// A layer that a texture is made from; not every texture needs all of it.
 pub(crate) struct LayerInputs<'a> {
@@ -18,6 +19,8 @@ pub(crate) struct LayerInputs<'a> {
     pub(crate) light: Option<&'a LayerLight>,
     /// Of its field, for flat rays.
     pub(crate) levels: Option<&'a Levels>,
+    /// From the ground towards the sun's disc.
+    pub(crate) rays: &'a SunRays,
 }
 
 /// What a texture is made from.

@@ -1,0 +1,80 @@
+// Cloud along the rays towards places on the sun's disc, from all over a layer's base: a row of rays an invocation, at a cost that
+// depends neither on how far they go nor on how much cloud they meet.
+//
+// A ray that starts at s meets the top of the column at u where it has climbed as high: s = u - height * per_metre. So what lies between two
+// lines is met by all rays that start between there and the lines themselves, as a ramp from none to all of it over the starts from which one of
+// the lines and the other are seen. Ramps are sums of sums: each is four numbers, and the rays' sums are made of all at once.
+@group(0) @binding(0) var<uniform> frame: Frame;
+@group(0) @binding(1) var<uniform> disc: Disc;
+@group(0) @binding(2) var thickness: texture_2d<f32>;
+// In the end floats: texels along that a ray from each line is in cloud of the layer's extinction.
+@group(0) @binding(3) var<storage, read_write> swept: array<i32>;
+
+@compute @workgroup_size(64, 1, 1)
+fn main(@builtin(global_invocation_id) id: vec3<u32>) {
+    let sweep = sweep_towards(thickness, disc.towards[id.y].xyz);
+    if i32(id.x) >= sweep.size.y || id.y >= disc.directions {
+        return;
+    }
+    let row = sweep_row(sweep, id.y, id.x);
+    let last = sweep.size.x;
+    for (var i = 0; i < last + 2; i++) {
+        swept[row + u32(i)] = 0;
+    }
+    // Beyond, nothing is met by a ray that starts in the row.
+    let ends = last + i32(ceil(frame.place.depth_m * sweep.per_metre));
+    var first = column_at(sweep, id.x, 0);
+    for (var i = 0; i < ends; i++) {
+        let other = column_at(sweep, id.x, i + 1);
+        if max(first.x, other.x) > 0.0 {
+            sweep_add(row, last, i, first, other, sweep.per_metre);
+        }
+        first = other;
+    }
+    var rise = 0;
+    var sum = 0;
+    for (var i = 0; i <= last; i++) {
+        rise += swept[row + u32(i)];
+        sum += rise;
+        swept[row + u32(i)] = bitcast<i32>(f32(sum) / SWEEP_PARTS);
+    }
+}
+
+// The column where a row crosses a line.
+fn column_at(sweep: Sweep, row: u32, i: i32) -> vec4<f32> {
+    let along = select(f32(i), f32(sweep.size.x - 1 - i), sweep.backwards);
+    let place = (vec2<f32>(along, f32(row) + sweep.across * f32(i)) + 0.5) / f32(disc.fine) - 0.5;
+    let low = vec2<i32>(floor(place));
+    let part = place - floor(place);
+    let near = mix(texel_at(sweep, low), texel_at(sweep, low + vec2<i32>(1, 0)), part.x);
+    let far = mix(texel_at(sweep, low + vec2<i32>(0, 1)), texel_at(sweep, low + 1), part.x);
+    return mix(near, far, part.y);
+}
+
+fn texel_at(sweep: Sweep, place: vec2<i32>) -> vec4<f32> {
+    let size = sweep.size / i32(disc.fine);
+    let tiles = floor((vec2<f32>(place) + 0.5) / vec2<f32>(size));
+    let at = place - vec2<i32>(tiles) * size;
+    return textureLoad(thickness, select(at, at.yx, sweep.flipped), 0);
+}
+
+// Adds what is met by rays that start beyond `seen_from`, by those between the two a part of it.
+fn sweep_ramp(row: u32, last: i32, seen_from: vec2<f32>, weight: i32) {
+    let low = min(seen_from.x, seen_from.y);
+    let high = max(seen_from.x, seen_from.y);
+    let width = max(high - low, 1e-6);
+    // The first ray that meets any of it, and the first that meets all.
+    let begin = max(i32(floor(low)) + 1, 0);
+    let end = max(i32(ceil(high)), begin);
+    let met = i32(round(f32(weight) * min((f32(begin) - low) / width, 1.0)));
+    let each = select(0, i32(round(f32(weight) / width)), end > begin);
+    let rest = weight - met - each * max(end - begin - 1, 0);
+    sweep_count(row, last, begin, met);
+    sweep_count(row, last, begin + 1, each - met);
+    sweep_count(row, last, end, rest - each);
+    sweep_count(row, last, end + 1, -rest);
+}
+
+fn sweep_count(row: u32, last: i32, at: i32, count: i32) {
+    swept[row + u32(min(at, last + 1))] += count;
+}

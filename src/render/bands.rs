@@ -1,0 +1,78 @@
+//! Textures that are shaded in bands.
+
+use super::kept::Kept;
+use super::keys::BeamKey;
+use crate::gpu::Gpu;
+use crate::gpu::layout::View;
+use crate::job::{Job, RenderError, Watch};
+use crate::moment::Moment;
+use crate::shade::{self, GroundSun, TowardsSun};
+use std::sync::Arc;
+
+/// Texels of the largest textures whose beam is kept, for the next texture on the ground.
+const SHARED_TEXELS: usize = 1 << 20;
+
+/// What the shading of all bands of a texture takes.
+pub(super) struct Shading<'a> {
+    pub(super) job: &'a Job,
+    pub(super) moment: &'a Moment,
+    pub(super) inputs: shade::Inputs<'a>,
+    pub(super) view: &'a View,
+    pub(super) watch: &'a Watch,
+}
+
+/// Shades a texture in bands, so that a request can be dropped between them.
+pub(super) fn bands(
+    gpu: &Gpu,
+    beams: &mut Kept<BeamKey, Arc<Vec<GroundSun>>>,
+    shading: &Shading<'_>,
+) -> Result<Vec<f32>, RenderError> {
+    let Shading { job, moment, inputs, view, watch } = shading;
+    let (kind, wanted) = (job.request().texture(), &job.request().wanted);
+    let needs = kind.needs();
+    let cuts = if needs.ground_sun {
+        moment.sun_cuts()
+    } else if needs.slab {
+        moment.view_cuts(wanted.plane().and_then(|plane| plane.towards()), view.size[0])
+    } else {
+        1.0
+    };
+    let [across, down] = view.size;
+    let rows = shade::band_rows(view.size, cuts);
+    let band = |first_row: u32| View { first_row, rows: rows.min(down - first_row), ..**view };
+    let bands: Vec<View> = (0..down).step_by(rows as usize).map(band).collect();
+    let texels = across as usize * down as usize;
+    let shared = needs.ground_sun && texels <= SHARED_TEXELS;
+    // What is swept over a layer serves all bands, and takes more than they do.
+    let swept = inputs.layers.iter().any(|layer| layer.rays.fine > 0);
+    let together = if shared || swept { bands.len() } else { 1 };
+    let mut data = Vec::with_capacity(texels * kind.channels().len());
+    for bands in bands.chunks(together.max(1)) {
+        let make = || ground_suns(gpu, inputs, bands, watch);
+        let suns = match needs.ground_sun {
+            true if shared => beams.get_or(BeamKey::new(job, moment, view.size), make)?,
+            true => make()?,
+            false => Arc::default(),
+        };
+        for (number, band) in bands.iter().enumerate() {
+            watch.look()?;
+            data.extend(shade::band(gpu, kind, inputs, suns.get(number), band, watch.deadline)?);
+        }
+    }
+    Ok(data)
+}
+
+/// What is left of the sun's beam at the texels of some bands.
+pub(super) fn ground_suns(
+    gpu: &Gpu,
+    inputs: &shade::Inputs<'_>,
+    bands: &[View],
+    watch: &Watch,
+) -> Result<Arc<Vec<GroundSun>>, RenderError> {
+    let TowardsSun { suns, steps } = shade::towards_sun(gpu, inputs, bands)?;
+    for step in &steps {
+        watch.look()?;
+        gpu.run("ground_sun", watch.deadline, step)?;
+    }
+    Ok(Arc::new(suns))
+}

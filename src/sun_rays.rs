@@ -1,0 +1,194 @@
+//! Rays from the ground towards the sun's disc: how many, and which of them share what they meet of a layer.
+//!
+//! What is swept over a layer (`shaders/sun_sweep.wgsl`) is met by all rays of one direction. Places on the disc that are so close that their rays part
+//! by less than a texel within the layer are one direction there: they only cross it side by side.
+
+use crate::gpu::layout::{Disc, DiscPlace, MIN_COSINE};
+use glam::{DVec2, DVec3, dvec2};
+
+/// Places on the sun's disc that are looked at for one texel of its shadow, where its penumbra is seen: four for each texel that it is wide,
+/// so that the beam is within 0.01, root mean square (docs/method.md, section 5).
+const PLACES: [f64; 2] = [8.0, Disc::MOST as f64];
+/// What it costs to sweep over a column, and to read a ray from what was swept, in lines of a ray that is followed by itself.
+const SWEEP_LINES: f64 = 4.0;
+pub(crate) const SWEPT_LINES: f64 = 7.0;
+/// Rays are swept this many times as dense as the map's texels, over the texels that the disc blurs sideways of its rays: then the beam is
+/// within 0.01 of that of single rays, root mean square (docs/method.md, section 5).
+const SWEEP_FINE: f64 = 5.5;
+const MOST_SWEPT_FINE: f64 = 8.0;
+/// Rays a side of what is swept at most: what a device must bind at least holds them.
+const MOST_SWEPT_SIDE: f64 = 5700.0;
+/// Texels by which rays of one direction part within the layer.
+const APART: f64 = 1.0;
+/// Height about which rays are turned to those of their direction, of the layer's depth: where most cloud is.
+const TURNED_AT: f64 = 0.2;
+
+/// What rays cross, and from where they are looked for.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Crossed {
+    /// Unit vector towards the middle of the sun (east, north, up), and the radius of its disc, radians.
+    pub(crate) sun: [f64; 3],
+    pub(crate) radius: f64,
+    pub(crate) extent_m: f64,
+    /// Height of the layer's base, and of its top above that.
+    pub(crate) base_m: f64,
+    pub(crate) depth_m: f64,
+    /// Texels of the layer's map a side: on its finer axis and on its coarser one.
+    pub(crate) side: f64,
+    pub(crate) coarser_side: f64,
+    /// Lines between texels that a ray crosses, and for each texel that it goes over the map.
+    pub(crate) lines: f64,
+    pub(crate) lines_of_slope: f64,
+    /// Texels of the ground a side; `None` where light is wanted at single places.
+    pub(crate) ground_side: Option<f64>,
+}
+
+/// Rays towards the sun's disc.
+#[derive(Debug, Clone)]
+pub(crate) struct SunRays {
+    /// How many times as dense as the map's texels they are swept; 0 where each is followed by itself.
+    pub(crate) fine: u32,
+    /// Directions, each with the places that share it.
+    directions: Vec<(DVec3, Vec<DiscPlace>)>,
+    crossed: Crossed,
+}
+
+fn slope(towards: DVec3) -> DVec2 {
+    towards.truncate() / towards.z.max(MIN_COSINE.into())
+}
+
+/// Direction of a slope.
+fn towards(slope: DVec2) -> DVec3 {
+    slope.extend(1.0).normalize()
+}
+
+/// Places on the disc of a sun: a spiral of equal areas (Vogel 1979); one is its middle. Those below the horizon give no light.
+fn places(sun: DVec3, radius: f64, count: u32) -> Vec<DVec3> {
+    let flat = dvec2(-sun.y, sun.x);
+    let side = if flat.length() < 1e-6 { DVec3::X } else { flat.normalize().extend(0.0) };
+    let place = |i: u32| {
+        let part = if count > 1 { (f64::from(i) + 0.5) / f64::from(count) } else { 0.0 };
+        let (sin, cos) = (2.399_963_2 * f64::from(i)).sin_cos();
+        (sun + radius * part.sqrt() * (cos * side + sin * sun.cross(side))).normalize()
+    };
+    (0..count)
+        .map(place)
+        .enumerate()
+        .filter(|(i, towards)| *i == 0 || towards.z > 0.0)
+        .map(|(_, towards)| towards)
+        .collect()
+}
+
+impl Crossed {
+    /// Width of the penumbra of the layer's top on the ground, metres.
+    fn penumbra_m(&self) -> f64 {
+        let cosine = self.sun[2].max(0.01);
+        2.0 * self.radius * (self.base_m + self.depth_m) / (cosine * cosine)
+    }
+
+    /// Places for a penumbra: one where it is narrower than half a texel of the ground.
+    fn places(&self) -> u32 {
+        let texels = self.penumbra_m() * self.ground_side.unwrap_or(self.side) / self.extent_m;
+        if texels < 0.5 { 1 } else { (4.0 * texels).clamp(PLACES[0], PLACES[1]) as u32 }
+    }
+
+    /// How dense rays are swept; `None` where that would not be enough.
+    fn fine(&self) -> Option<f64> {
+        // The wider the disc's blur, the less it matters how single rays are blended.
+        let blurred = self.penumbra_m() * self.sun[2].max(0.01) * self.coarser_side / self.extent_m;
+        let fine = (SWEEP_FINE / blurred).ceil().max(1.0);
+        (fine <= MOST_SWEPT_FINE).then(|| fine.min((MOST_SWEPT_SIDE / self.side).floor().max(1.0)))
+    }
+
+    /// Groups places whose rays stay side by side within the layer: the number of each one's group.
+    fn grouped(&self, slopes: &[DVec2]) -> (Vec<usize>, usize) {
+        let texels = self.depth_m * self.side / self.extent_m;
+        let along = DVec2::from_slice(&self.sun[..2]).normalize_or(DVec2::X);
+        let parts = |axis: DVec2| {
+            let at = move |slope: &DVec2| slope.dot(axis) * texels;
+            let low = slopes.iter().map(at).fold(f64::INFINITY, f64::min);
+            let wide = slopes.iter().map(at).fold(f64::NEG_INFINITY, f64::max) - low;
+            let count = (wide / APART).ceil().clamp(1.0, f64::from(Disc::MOST));
+            move |slope: &DVec2| (((at(slope) - low) / wide.max(1e-9) * count) as usize).min(count as usize - 1)
+        };
+        let (along, across) = (parts(along), parts(along.perp()));
+        let cells: Vec<[usize; 2]> = slopes.iter().map(|slope| [along(slope), across(slope)]).collect();
+        let mut named: Vec<[usize; 2]> = cells.clone();
+        named.sort_unstable();
+        named.dedup();
+        (cells.iter().map(|cell| named.partition_point(|name| name < cell)).collect(), named.len())
+    }
+
+    /// The rays, swept where that is cheaper than to follow one from each texel of the ground towards each place.
+    pub(crate) fn rays(&self) -> SunRays {
+        self.rays_if(true)
+    }
+
+    fn rays_if(&self, may_be_swept: bool) -> SunRays {
+        let sun = DVec3::from_array(self.sun);
+        let towards_sun = places(sun, self.radius, self.places());
+        let slopes: Vec<DVec2> = towards_sun.iter().map(|towards| slope(*towards)).collect();
+        let (groups, count) = self.grouped(&slopes);
+        let (places, row) = (slopes.len() as f64, self.side + self.lines / self.lines_of_slope);
+        let cheaper = |fine: &f64| {
+            let texels = self.ground_side.map_or(0.0, |side| side * side);
+            let swept = SWEEP_LINES * fine * fine * self.side * row * count as f64 + SWEPT_LINES * places * texels;
+            places > 1.0 && swept < self.lines * places * texels
+        };
+        let fine = self.fine().filter(|fine| may_be_swept && cheaper(fine));
+        let (groups, count) = match fine {
+            Some(_) => (groups, count),
+            None => ((0..slopes.len()).collect(), slopes.len()),
+        };
+        let direction = |group: usize| {
+            let members: Vec<usize> = (0..slopes.len()).filter(|i| groups[*i] == group).collect();
+            let alone = members.len() == 1;
+            let middle = members.iter().map(|i| slopes[*i]).sum::<DVec2>() / members.len() as f64;
+            let place = |i: &usize| {
+                let way_m = slopes[*i] * self.base_m + (slopes[*i] - middle) * TURNED_AT * self.depth_m;
+                // Brought to one tile in f64: at grazing sun it is thousands of tiles.
+                let shift_uv = [way_m.x, -way_m.y].map(|way_m| (way_m / self.extent_m).rem_euclid(1.0) as f32);
+                DiscPlace { shift_uv, cosine: towards_sun[*i].z.max(MIN_COSINE.into()) as f32, direction: group as u32 }
+            };
+            let own = if alone { towards_sun[members[0]] } else { towards(middle) };
+            (own, members.iter().map(place).collect())
+        };
+        SunRays {
+            fine: fine.map_or(0, |fine| fine as u32),
+            directions: (0..count).map(direction).collect(),
+            crossed: *self,
+        }
+    }
+}
+
+impl SunRays {
+    /// Places on the disc.
+    pub(crate) fn count(&self) -> usize {
+        self.directions.iter().map(|(_, places)| places.len()).sum()
+    }
+
+    /// The same rays, each followed by itself.
+    pub(crate) fn followed(&self) -> Self {
+        self.crossed.rays_if(false)
+    }
+
+    /// All of the rays, or those of so many directions at once.
+    pub(crate) fn parts(&self, most: usize) -> Vec<Disc> {
+        let mut parts = Vec::new();
+        let mut first = 0;
+        for directions in self.directions.chunks(most.max(1)) {
+            let mut part = Disc { fine: self.fine, first: first as u32, total: self.count() as u32, ..Disc::default() };
+            for (number, (towards, places)) in directions.iter().enumerate() {
+                part.towards[number] = towards.extend(0.0).as_vec4().to_array();
+                part.directions += 1;
+                for place in places {
+                    part.places[part.count as usize] = DiscPlace { direction: number as u32, ..*place };
+                    part.count += 1;
+                }
+            }
+            first += part.count as usize;
+            parts.push(part);
+        }
+        parts
+    }
+}
