@@ -1,6 +1,7 @@
 // Where sunlight enters the cloud: irradiance of its top per horizontal irradiance above it, mean over each texel of the
 // maps of sunlight. Faces that look at the sun get more, those in the shadow of others only what comes through these as a
-// beam. 0 where there is no cloud.
+// beam. 0 where there is no cloud. Of independent columns it is 1 everywhere, so that thin cloud beside a gap is lit as it
+// would be without one; and views read it at the mean place of what they show, which may lie between two clouds.
 @group(0) @binding(0) var<uniform> frame: Frame;
 @group(0) @binding(1) var thickness: texture_2d<f32>;
 @group(0) @binding(2) var bounds: texture_2d<f32>;
@@ -15,6 +16,10 @@ const PATH_SEEN: bool = false;
 @compute @workgroup_size(16, 16)
 fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     if id.x >= frame.maps.texels || id.y >= frame.maps.texels {
+        return;
+    }
+    if frame.maps.columns == 1u {
+        textureStore(entry_out, id.xy, vec4<f32>(1.0));
         return;
     }
     let texel = 0.5 / vec2<f32>(textureDimensions(thickness));
@@ -34,7 +39,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
                 let path_m = path_from(thickness, bounds, repeat, frame, uv, frame.sun.towards, height_m);
                 seen = exp(-frame.medium.beam_550 * frame.medium.extinction_550 * path_m);
             }
-            sum += select(seen * clamp(facing, 0.0, MOST), 1.0, frame.maps.columns == 1u);
+            sum += seen * clamp(facing, 0.0, MOST);
         }
     }
     textureStore(entry_out, id.xy, vec4<f32>(sum / f32(SUNLIGHT_SAMPLES), 0.0, 0.0, 0.0));

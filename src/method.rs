@@ -204,7 +204,7 @@ impl Transport {
             (Self::Columns, Side::Below, false) => 0.24,
             (Self::Columns, Side::Above, false) => 0.22,
             (Self::Columns, Side::Below, true) => 0.56,
-            (Self::Columns, Side::Above, true) => 0.42,
+            (Self::Columns, Side::Above, true) => 0.41,
             (Self::Tilted, Side::Below, false) => 0.19,
             (Self::Tilted, Side::Above, false) => 0.16,
             (Self::Tilted, Side::Below, true) => 0.49,

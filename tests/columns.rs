@@ -528,6 +528,26 @@ fn formats_against_monte_carlo() {
     }
 }
 
+/// Independent columns know nothing of their neighbours: one beside a gap shows from above what cloud as deep shows that has no gaps.
+#[test]
+fn independent_columns_beside_gaps_are_slabs() {
+    let mut sky = device();
+    let query = [("view", "above"), ("method", "tabulated"), ("transport", "columns")];
+    for metres in [5.0, 200.0] {
+        let even = scene(55.0, &json!({"base_m": 700, "thickness": {"kind": "uniform", "metres": metres}}));
+        let slab = sky.render(&even, "cloud", &query).data;
+        // Gaps and clouds a few texels wide, and single texels of either.
+        let cloudy = texels(|u, v| if waves(u, v) > 0.0 { 1.0 } else { 0.0 });
+        let broken = json!({"kind": "image", "image": image(&mut sky, &cloudy), "scale_m": metres});
+        let found = sky.render(&scene(55.0, &json!({"base_m": 700, "thickness": broken})), "cloud", &query).data;
+        for ((place, found), slab) in cloudy.iter().zip(found.chunks(4)).zip(slab.chunks(4)) {
+            let off = (found[1] - place * slab[1]).abs() / slab[1];
+            // Single precision, and look-ups of the same tables at the same place.
+            assert!(off < 1e-3, "{metres} m, cloud {place}: {found:?} where a slab is {slab:?}");
+        }
+    }
+}
+
 /// The tracers of sheets and of columns are one where columns are a sheet.
 #[test]
 fn tracers_of_columns_are_those_of_sheets() {

@@ -12,9 +12,12 @@ use glam::{DVec2, dvec2};
 const MOST: f64 = 30.0;
 
 /// Irradiance of the cloud's top per horizontal irradiance above it, mean over each texel of the maps of sunlight, in the first
-/// channel.
+/// channel. Of independent columns 1 everywhere.
 pub fn main(frame: &Frame, thickness: &Map) -> Map {
     let side = frame.maps.texels as usize;
+    if frame.maps.columns == 1 {
+        return Map::from_fn(side, side, |_, _| [1.0, 0.0, 0.0, 0.0]);
+    }
     let texel = 0.5 / dvec2(thickness.width as f64, thickness.height as f64);
     let height_at = |place: DVec2| column_top(frame, thickness.sample_periodic(place.to_array()));
     let sample = |uv: DVec2| {
@@ -23,9 +26,6 @@ pub fn main(frame: &Frame, thickness: &Map) -> Map {
             return 0.0;
         }
         let height_m = height_at(place);
-        if frame.maps.columns == 1 {
-            return 1.0;
-        }
         let (right, down) = (dvec2(texel.x, 0.0), dvec2(0.0, texel.y));
         let rise = dvec2(height_at(place + right) - height_at(place - right), {
             height_at(place - down) - height_at(place + down)
