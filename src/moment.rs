@@ -10,6 +10,7 @@ use crate::job::Job;
 use crate::light::{Grids, LayerShape, SceneShape, grids, shift_uv};
 use crate::plan::Plan;
 use crate::projection::Side;
+use crate::scene::Thickness;
 use crate::scene::quantity::Quantity as _;
 use crate::slab::forward::{FORWARD_DEG, forward_albedo};
 use crate::slice::without_peak;
@@ -118,6 +119,7 @@ fn layer(job: &Job, number: usize, fields: &[Arc<Field>], light: &Illumination) 
         depth_m,
         side: texels,
         coarser_side: sides[0].min(sides[1]),
+        synthetic: matches!(layer.shape.thickness, Some(Thickness::Stratocumulus(_))) && !layer.shape.has_maps(),
         lines: (LINES_OF_SLOPE * slope(sun) * depth_m * texels / extent_m).clamp(1.0, max_steps.into()),
         lines_of_slope: LINES_OF_SLOPE,
         ground_side: job.points().is_empty().then_some(ground_side),

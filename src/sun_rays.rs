@@ -15,6 +15,10 @@ pub(crate) const SWEPT_LINES: f64 = 7.0;
 /// Rays are swept this many times as dense as the map's texels, over the texels that the disc blurs sideways of its rays: then the beam is
 /// within 0.01 of that of single rays, root mean square (docs/method.md, section 5).
 const SWEEP_FINE: f64 = 5.5;
+/// Metres between rays towards a sun that is a point, over synthetic fields: these are smooth enough at so small a scale, and no blur hides the rest. It is
+/// worth it only where it is so many times cheaper.
+const POINT_SPACING_M: f64 = 5.0;
+const POINT_MARGIN: f64 = 4.0;
 const MOST_SWEPT_FINE: f64 = 8.0;
 /// Rays a side of what is swept at most: what a device must bind at least holds them.
 const MOST_SWEPT_SIDE: f64 = 5700.0;
@@ -36,6 +40,8 @@ pub(crate) struct Crossed {
     /// Texels of the layer's map a side: on its finer axis and on its coarser one.
     pub(crate) side: f64,
     pub(crate) coarser_side: f64,
+    /// Whether the map is a synthetic field's, down to its texels.
+    pub(crate) synthetic: bool,
     /// Lines between texels that a ray crosses, and for each texel that it goes over the map.
     pub(crate) lines: f64,
     pub(crate) lines_of_slope: f64,
@@ -92,11 +98,15 @@ impl Crossed {
         if texels < 0.5 { 1 } else { (4.0 * texels).clamp(PLACES[0], PLACES[1]) as u32 }
     }
 
-    /// How dense rays are swept; `None` where that would not be enough.
-    fn fine(&self) -> Option<f64> {
-        // The wider the disc's blur, the less it matters how single rays are blended.
-        let blurred = self.penumbra_m() * self.sun[2].max(0.01) * self.coarser_side / self.extent_m;
-        let fine = (SWEEP_FINE / blurred).ceil().max(1.0);
+    /// How dense rays are swept towards so many places; `None` where that would not be enough.
+    fn fine(&self, places: usize) -> Option<f64> {
+        let spacing_m = match places {
+            // The wider the disc's blur, the less it matters how single rays are blended.
+            2.. => self.penumbra_m() * self.sun[2].max(0.01) / SWEEP_FINE,
+            _ if self.synthetic => POINT_SPACING_M,
+            _ => return None,
+        };
+        let fine = (self.extent_m / self.coarser_side / spacing_m).ceil().max(1.0);
         (fine <= MOST_SWEPT_FINE).then(|| fine.min((MOST_SWEPT_SIDE / self.side).floor().max(1.0)))
     }
 
@@ -133,9 +143,10 @@ impl Crossed {
         let cheaper = |fine: &f64| {
             let texels = self.ground_side.map_or(0.0, |side| side * side);
             let swept = SWEEP_LINES * fine * fine * self.side * row * count as f64 + SWEPT_LINES * places * texels;
-            places > 1.0 && swept < self.lines * places * texels
+            let margin = if slopes.len() > 1 { 1.0 } else { POINT_MARGIN };
+            margin * swept < self.lines * places * texels
         };
-        let fine = self.fine().filter(|fine| may_be_swept && cheaper(fine));
+        let fine = self.fine(slopes.len()).filter(|fine| may_be_swept && cheaper(fine));
         let (groups, count) = match fine {
             Some(_) => (groups, count),
             None => ((0..slopes.len()).collect(), slopes.len()),

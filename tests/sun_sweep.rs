@@ -92,3 +92,26 @@ fn the_beam_is_that_of_rays_of_their_own() {
         }
     }
 }
+
+/// Nothing blurs the light of a sun that is a point. Of fine maps of synthetic fields, where marched rays take most of a minute, it is swept all the
+/// same: within 0.0125 of the beam, root mean square, a limit set after 0.009 to 0.012 had been measured.
+#[test]
+fn a_point_of_a_sun_is_swept_over_fine_maps() {
+    let mut sky = Sky::open();
+    for law in [json!({ "law": "gamma", "spread": 0.9 }), json!({})] {
+        let mut thickness = json!({ "kind": "stratocumulus", "pattern": "open", "mean_m": 300, "coverage": 0.55, "cell_m": 4000, "seed": 3 });
+        thickness.as_object_mut().unwrap().extend(law.as_object().unwrap().clone());
+        let scene = json!({
+            "domain": { "extent_m": 20000, "resolution": 2048 },
+            "sun": { "zenith_deg": 65, "azimuth_deg": 135 },
+            "atmosphere": { "sun": [1, 1, 1], "sky": [0, 0, 0] },
+            "layers": [{ "base_m": 1000, "thickness": thickness, "droplets": { "effective_radius_um": 7, "number_per_cm3": 300 } }],
+        });
+        let stages = stages(&mut sky, &scene, &[("peak", "false"), ("transport", "columns")]);
+        assert_eq!((stages.disc.fine, stages.disc.total), (2, 1), "not swept");
+        let truth = twin(&stages, false, 8);
+        let [square, mean, _] = errors(&stages.output[..truth.len()], &truth);
+        eprintln!("{law}: {square:.4} {mean:+.5}");
+        assert!(square < 0.0125 && mean.abs() < 0.002, "{law}: {square}, mean {mean}");
+    }
+}

@@ -12,6 +12,9 @@ use std::sync::Arc;
 /// Texels of the largest textures whose beam is kept, for the next texture on the ground.
 const SHARED_TEXELS: usize = 1 << 20;
 
+/// Texels of bands whose beams are made together, of 32 bytes each.
+const SWEPT_TEXELS: usize = 1 << 22;
+
 /// What the shading of all bands of a texture takes.
 pub(super) struct Shading<'a> {
     pub(super) job: &'a Job,
@@ -43,9 +46,9 @@ pub(super) fn bands(
     let bands: Vec<View> = (0..down).step_by(rows as usize).map(band).collect();
     let texels = across as usize * down as usize;
     let shared = needs.ground_sun && texels <= SHARED_TEXELS;
-    // What is swept over a layer serves all bands, and takes more than they do.
+    // What is swept over a layer serves many bands.
     let swept = inputs.layers.iter().any(|layer| layer.rays.fine > 0);
-    let together = if shared || swept { bands.len() } else { 1 };
+    let together = if shared || swept { SWEPT_TEXELS / (across as usize * rows as usize) } else { 1 };
     let mut data = Vec::with_capacity(texels * kind.channels().len());
     for bands in bands.chunks(together.max(1)) {
         let make = || ground_suns(gpu, inputs, bands, watch);
