@@ -1,7 +1,7 @@
 //! Rays from the ground towards the sun's disc: how many, and which of them share what they meet of a layer.
 //!
 //! What is swept over a layer (`shaders/sun_sweep.wgsl`) is met by all rays of one direction. Places on the disc that are so close that their rays part
-//! by less than a texel within the layer are one direction there: they only cross it side by side.
+//! little within the layer, against what the whole disc blurs, are one direction there: they only cross it side by side.
 
 use crate::gpu::layout::{Disc, DiscPlace, MIN_COSINE};
 use glam::{DVec2, DVec3, dvec2};
@@ -22,8 +22,8 @@ const POINT_MARGIN: f64 = 4.0;
 const MOST_SWEPT_FINE: f64 = 8.0;
 /// Rays a side of what is swept at most: what a device must bind at least holds them.
 const MOST_SWEPT_SIDE: f64 = 5700.0;
-/// Texels by which rays of one direction part within the layer.
-const APART: f64 = 1.0;
+/// How far rays of one direction part within the layer, of the width that the disc blurs sideways.
+const APART: f64 = 0.9;
 /// Height about which rays are turned to those of their direction, of the layer's depth: where most cloud is.
 const TURNED_AT: f64 = 0.2;
 
@@ -92,6 +92,11 @@ impl Crossed {
         2.0 * self.radius * (self.base_m + self.depth_m) / (cosine * cosine)
     }
 
+    /// How far the disc blurs light sideways of its rays.
+    fn blur_m(&self) -> f64 {
+        self.penumbra_m() * self.sun[2].max(0.01)
+    }
+
     /// Places for a penumbra: one where it is narrower than half a texel of the ground.
     fn places(&self) -> u32 {
         let texels = self.penumbra_m() * self.ground_side.unwrap_or(self.side) / self.extent_m;
@@ -102,7 +107,7 @@ impl Crossed {
     fn fine(&self, places: usize) -> Option<f64> {
         let spacing_m = match places {
             // The wider the disc's blur, the less it matters how single rays are blended.
-            2.. => self.penumbra_m() * self.sun[2].max(0.01) / SWEEP_FINE,
+            2.. => self.blur_m() / SWEEP_FINE,
             _ if self.synthetic => POINT_SPACING_M,
             _ => return None,
         };
@@ -112,13 +117,13 @@ impl Crossed {
 
     /// Groups places whose rays stay side by side within the layer: the number of each one's group.
     fn grouped(&self, slopes: &[DVec2]) -> (Vec<usize>, usize) {
-        let texels = self.depth_m * self.side / self.extent_m;
+        let scale = self.depth_m / (APART * self.blur_m()).max(1e-6);
         let along = DVec2::from_slice(&self.sun[..2]).normalize_or(DVec2::X);
         let parts = |axis: DVec2| {
-            let at = move |slope: &DVec2| slope.dot(axis) * texels;
+            let at = move |slope: &DVec2| slope.dot(axis) * scale;
             let low = slopes.iter().map(at).fold(f64::INFINITY, f64::min);
             let wide = slopes.iter().map(at).fold(f64::NEG_INFINITY, f64::max) - low;
-            let count = (wide / APART).ceil().clamp(1.0, f64::from(Disc::MOST));
+            let count = wide.ceil().clamp(1.0, f64::from(Disc::MOST));
             move |slope: &DVec2| (((at(slope) - low) / wide.max(1e-9) * count) as usize).min(count as usize - 1)
         };
         let (along, across) = (parts(along), parts(along.perp()));

@@ -44,7 +44,7 @@ type Times = [f64; STAGES.len()];
 fn scene(side: u32, zenith_deg: f64) -> Value {
     json!({
         "domain": { "extent_m": 20_000, "resolution": side },
-        "sun": { "zenith_deg": zenith_deg, "azimuth_deg": 135 },
+        "sun": { "zenith_deg": zenith_deg, "azimuth_deg": 135, "angular_diameter_deg": 0.533 },
         "atmosphere": { "sun": [98, 94, 87], "sky": [2.6, 3.8, 6.2] },
         "ground": { "albedo": [0.2, 0.2, 0.2] },
         "layers": [{ "base_m": 1000,
