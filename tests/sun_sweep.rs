@@ -115,3 +115,56 @@ fn a_point_of_a_sun_is_swept_over_fine_maps() {
         assert!(square < 0.0125 && mean.abs() < 0.002, "{law}: {square}, mean {mean}");
     }
 }
+
+/// A strip of columns, wide and low.
+fn strip(sky: &mut Sky, side: u32, base_m: f64, step: u32) -> Value {
+    let metres = (0..8 * side).map(|i| (i / 64 * step % 101) as f32 * 20.0).collect();
+    let image = sky.add_image(side, 8, metres);
+    json!({ "base_m": base_m, "thickness": { "kind": "image", "image": image, "scale_m": 1 },
+        "droplets": { "henyey_greenstein": 0.85, "extinction_per_m": 0.0002 } })
+}
+
+fn strips(layers: &[&Value]) -> Value {
+    json!({
+        "domain": { "extent_m": 500, "resolution": 128 },
+        "sun": { "zenith_deg": 85, "azimuth_deg": 80, "angular_diameter_deg": 2 },
+        "atmosphere": { "sun": [1, 1, 1], "sky": [0, 0, 0] },
+        "layers": layers,
+    })
+}
+
+/// Where memory holds the rays of one direction alone, parts of the disc come one after the other, and each layer's are summed before they are multiplied with
+/// the other's: the beam below two layers is the product of theirs, but for single precision.
+#[test]
+fn parts_of_the_disc_add_up_below_two_layers() {
+    let mut sky = Sky::open();
+    let [low, high] =
+        [(5600, 10_000.0, 7919), (5000, 13_000.0, 4957)].map(|(side, base, step)| strip(&mut sky, side, base, step));
+    let query = [("peak", "false"), ("size", "128")];
+    let mut alone = |layer: &Value| {
+        let stages = stages(&mut sky, &strips(&[layer]), &query);
+        assert!(
+            stages.disc.fine == 1 && stages.disc.directions > 1,
+            "{} x {}",
+            stages.disc.fine,
+            stages.disc.directions
+        );
+        assert!(stages.output.iter().any(|light| *light > 0.01 && *light < 0.99), "nothing is seen");
+        stages.output
+    };
+    let (below, above) = (alone(&low), alone(&high));
+    let product: Vec<f64> = below.iter().zip(&above).map(|(a, b)| f64::from(*a) * f64::from(*b)).collect();
+    let both = sky.render(&strips(&[&low, &high]), "shadow", &query).data;
+    let [_, _, most] = errors(&both, &product);
+    assert!(most < 1e-5, "{most}");
+}
+
+/// A map wider than what rays may be swept over has its rays marched.
+#[test]
+fn the_widest_maps_are_marched() {
+    let mut sky = Sky::open();
+    let wide = strip(&mut sky, 8192, 10_000.0, 7919);
+    let stages = stages(&mut sky, &strips(&[&wide]), &[("peak", "false"), ("size", "128")]);
+    assert_eq!(stages.disc.fine, 0);
+    assert!(stages.output.iter().all(|light| (0.0..=1.0).contains(light)));
+}
