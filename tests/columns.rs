@@ -358,6 +358,7 @@ fn passes_over_columns_are_their_twins() {
                 from_above: &from_above,
                 sun_share: &share,
                 behind: &from_above,
+                reaches: None,
             };
             let sunlight = reference::cloud::sunlight(frame, tables, stages.slab.as_ref().unwrap());
             let twin = reference::cloud_plane::main(frame, &stages.view, &map, &maps, sunlight);

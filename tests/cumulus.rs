@@ -25,7 +25,7 @@ impl Droplets {
     fn new(albedo: f64) -> Self {
         let mix = Mix::HenyeyGreenstein { asymmetry: 0.85, albedo };
         let [channel, ..] = optics::channels(&mix, &|_| ()).unwrap();
-        Self { dressed: dressed::table(&channel), channel }
+        Self { dressed: dressed::table(&channel, 1.0), channel }
     }
 
     fn lighting(&self, extinction_per_m: f64, towards_sun: DVec3) -> Lighting {
@@ -293,7 +293,7 @@ fn dressed_light_of_a_thin_piece_is_scattered_once() {
         Mix::Gamma { effective_radius_um: 7.0, broadness: 2.0, refractive_index: None },
     ] {
         let [channel, ..] = optics::channels(&mix, &|_| ()).unwrap();
-        let table = dressed::table(&channel);
+        let table = dressed::table(&channel, 1.0);
         for column in (0..dressed::ANGLES).skip(20).step_by(7) {
             let angle = dressed::angle(column);
             let once = channel.albedo * channel.phase.value(angle) / (4.0 * PI);

@@ -53,7 +53,7 @@ fn pictures_are_those_of_the_twin() {
     let mut bench = Bench::open();
     let mix = Mix::HenyeyGreenstein { asymmetry: 0.85, albedo: 1.0 };
     let [channel, ..] = optics::channels(&mix, &|_| ()).unwrap();
-    let table = dressed::table(&channel);
+    let table = dressed::table(&channel, 1.0);
     let sphere = |x, y, z, radius_m| Sphere { centre: DVec3::new(x, y, z), radius_m };
     let spheres_of =
         vec![sphere(0.0, 0.0, 1060.0, 320.0), sphere(340.0, 60.0, 990.0, 240.0), sphere(-150.0, 120.0, 1280.0, 230.0)];

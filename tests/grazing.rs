@@ -86,6 +86,7 @@ fn exact(stages: &Stages) -> Vec<f64> {
         from_above: &from_above,
         sun_share: &sun_share,
         behind: &from_above,
+        reaches: None,
     };
     let sunlight = reference::cloud::sunlight(&frame, &stages.tables, stages.slab.as_ref().unwrap());
     reference::cloud_plane::main(&frame, &view, &map(&stages.thickness), &maps, sunlight)

@@ -117,12 +117,13 @@ fn even_cloud_is_a_slab_from_every_side() {
 fn twin(sky: &mut Sky, scene: &Value, query: &[(&str, &str)]) -> (Stages, Vec<f64>) {
     let job = sky.job(scene, "cloud", query);
     let stages = sky.renderer.inspect(&job, &Watch::default()).unwrap();
-    let tables: Vec<Vec<f64>> = job.tables()[0].channels.iter().map(dressed::table).collect();
+    let medium = &stages.frame.medium;
+    let tables = dressed::tables(&job.tables()[0].channels, medium.extinction.map(f64::from));
     let seen = LatticeSeen::new(stages.lattice.as_ref().unwrap(), std::array::from_fn(|c| &*tables[c]));
     let (frame, view, thickness) = (&stages.frame, &stages.view, Map::from(&stages.thickness));
     let levels = field_level::levels(&thickness);
     let of_slab = cloud::sunlight(frame, &stages.tables, stages.slab.as_ref().unwrap());
-    let sunlight = cloud_lattice::sunlight(frame, seen, &thickness, of_slab);
+    let sunlight = cloud_lattice::sunlight(frame, seen, &levels, of_slab);
     let size = view.size[0] as usize;
     let texel = |i: usize| {
         let place = (dvec2((i % size) as f64, (i / size) as f64) + 0.5) / size as f64;

@@ -62,6 +62,7 @@ impl Maps {
             from_above: from_above_light,
             sun_share,
             behind,
+            reaches: None,
         }
     }
 

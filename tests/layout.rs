@@ -242,14 +242,20 @@ fn constants_of_cumulus() {
     }
     let layers = [
         ("LATTICE_SAMPLES", cloud_lattice::SAMPLES.into()),
-        ("LATTICE_MOST_STEPS", cloud_lattice::MOST_STEPS),
+        ("LATTICE_FEW", cloud_lattice::FEW.into()),
+        ("LATTICE_DARK", cloud_lattice::DARK),
         ("LATTICE_DETOUR", dressed::DETOUR),
         ("LATTICE_PATH_SCALE", dressed::PATH_SCALE),
         ("LATTICE_PATH_LOG", dressed::PATH_BASE.ln()),
         ("LATTICE_MOST", cloud_lattice::MOST),
     ];
+    let [plane, sky] = cloud_lattice::MOST_STEPS.map(|most| ("LATTICE_MOST_STEPS", most));
     for shader in [&shaders::LATTICE_TABULATED, &shaders::LATTICE_TABULATED_COLUMNS] {
-        assert_constants(shader, &layers);
+        assert_constants(shader, &[&layers[..], &[plane]].concat());
+    }
+    let far = ("LATTICE_FAR_LEVEL", cloud_lattice::FAR_LEVEL);
+    for shader in [&shaders::SKY_LATTICE_TABULATED, &shaders::SKY_LATTICE_TABULATED_COLUMNS] {
+        assert_constants(shader, &[&layers[..], &[sky, far]].concat());
     }
     for shader in [&shaders::CUMULUS_PLANE_OCTAVES, &shaders::CUMULUS_SKY_OCTAVES] {
         assert_constants(shader, &[&steps[..], &pieces, &sun_rays, &octaves].concat());

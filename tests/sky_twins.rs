@@ -16,13 +16,15 @@ mod sky;
 mod twin;
 
 use compare::Tolerance;
-use glam::{DVec2, dvec2};
+use glam::{DVec2, DVec3, dvec2};
 use serde_json::json;
 use sky::{Sky, WAVES_SIZES, pattern, water, waves_of};
 use skyloom::axes::Axes;
+use skyloom::cumulus::dressed;
 use skyloom::gpu::layout::{Backdrop, Frame, SkyView};
 use skyloom::projection::{Sphere, SphereLayout};
-use skyloom::reference::cloud::Shaded;
+use skyloom::reference::cloud::{Reaches, Shaded, ViewRay};
+use skyloom::reference::cloud_lattice::{self, LatticeSeen};
 use skyloom::reference::{self, Map, sphere};
 use skyloom::render::{SkyStages, Stages, Watch};
 use skyloom::slice::HostSlab;
@@ -142,7 +144,8 @@ fn check_ground(sky: &SkyStages) {
     }
 }
 
-fn check_clouds(stages: &Stages, sky: &SkyStages, given: &Given) {
+/// `dressed`: tables of light scattered once, for skies by the lattice.
+fn check_clouds(stages: &Stages, sky: &SkyStages, given: &Given, dressed: &[Vec<f64>; 3]) {
     let tables = &stages.tables;
     let slab = stages.slab.as_ref().unwrap();
     let [transmittance, reflectance] = [&tables.transmittance, &tables.reflectance].map(map);
@@ -150,7 +153,11 @@ fn check_clouds(stages: &Stages, sky: &SkyStages, given: &Given) {
     let light_map = |light: &[[f32; 3]]| Map::from_f32(side, side, 3, light.as_flattened());
     let (from_below, from_above) = (light_map(&stages.light.from_below), light_map(&stages.light.from_above));
     let shares = stages.shares.each_ref().map(map);
+    let lattice = stages.lattice.as_ref().map(|maps| LatticeSeen::new(maps, dressed.each_ref().map(Vec::as_slice)));
     let twin = |given: &Given| {
+        let of_lattice = lattice.map(|seen| {
+            move |ray: &ViewRay, share: DVec3| cloud_lattice::reaches(&given.frame, &seen, &given.levels, ray, share)
+        });
         let mut clouds = vec![Shaded::default(); sky.clouds.texels.len() / 4];
         for (view, air) in sky.clouds.passes.iter().zip(&sky.clouds.air) {
             let air = map(air);
@@ -161,6 +168,7 @@ fn check_clouds(stages: &Stages, sky: &SkyStages, given: &Given) {
                 from_above: &from_above,
                 sun_share: &shares[usize::from(view.rising == 0)],
                 behind: &from_above,
+                reaches: of_lattice.as_ref().map(|reaches| reaches as Reaches<'_>),
             };
             let sunlight = reference::cloud::sunlight(&given.frame, tables, slab);
             let view = (given.turned)(*view);
@@ -210,11 +218,15 @@ fn check_sky(stages: &Stages, sky: &SkyStages, given: &Given) {
 }
 
 fn check_all(stages: &Stages) {
+    check_all_with(stages, &Default::default());
+}
+
+fn check_all_with(stages: &Stages, dressed: &[Vec<f64>; 3]) {
     let sky = stages.sky.as_ref().unwrap();
     let given = Given::of(stages, sky);
     check_levels(sky, &map(&stages.thickness));
     check_ground(sky);
-    check_clouds(stages, sky, &given);
+    check_clouds(stages, sky, &given, dressed);
     check_sky(stages, sky, &given);
 }
 
@@ -246,6 +258,23 @@ fn skies_of_every_sun_and_method() {
     let rainy = Sky { droplets: water(), thickness: pattern("closed", 0.8), ..Sky::at(35.0) };
     for eye in EYES {
         check_all(&rainy.stages("sky", &query(PROJECTIONS[0], eye, "tabulated")));
+    }
+}
+
+/// Of near clouds the light of cubes, of far ones their means over them.
+#[test]
+fn skies_by_the_lattice() {
+    let lattice = [("transport", "lattice")];
+    let mut thickness = pattern("open", 0.6);
+    thickness["law"] = json!("gamma");
+    for (number, eye) in EYES.into_iter().enumerate() {
+        eprintln!("eye at {eye}");
+        let query = [query(PROJECTIONS[number % PROJECTIONS.len()], eye, "tabulated"), lattice.to_vec()].concat();
+        for sky in [Sky::at(50.0), Sky { thickness: thickness.clone(), droplets: water(), ..Sky::at(70.0) }] {
+            let (stages, job) = (sky.stages("sky", &query), sky.job("sky", &query));
+            let extinction = stages.frame.medium.extinction.map(f64::from);
+            check_all_with(&stages, &dressed::tables(&job.tables()[0].channels, extinction));
+        }
     }
 }
 

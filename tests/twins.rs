@@ -393,6 +393,7 @@ fn check_cloud(stages: &Stages) {
             from_above: &from_above,
             sun_share: &sun_share,
             behind: &from_above,
+            reaches: None,
         };
         let sunlight = reference::cloud::sunlight(frame, tables, slab);
         let nothing = vec![Shaded::default(); (view.size[0] * view.rows) as usize];

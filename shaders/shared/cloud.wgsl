@@ -14,6 +14,9 @@ struct ViewRay {
     path_m: f32,        // length of cloud along it
     depth: f32,         // optical depth of the slab at 550 nm
     from_above: bool,
+    from_m: f32,        // height of base_uv above the base plane
+    rise_m: f32,        // by how much it climbs within the layer
+    level: f32,         // of the map, at which it is looked at
 }
 
 // What lies before a layer in a texel.
@@ -100,5 +103,5 @@ fn added_sunlight(ray: ViewRay, above: f32, left: Left) -> vec3<f32> {
 // The same ray of a slab of another optical depth.
 fn deeper(ray: ViewRay, depth: f32) -> ViewRay {
     let path_m = depth / (frame.medium.extinction_550 * ray.cosine);
-    return ViewRay(ray.seen, ray.hit_uv, ray.base_uv, ray.cosine, path_m, depth, ray.from_above);
+    return ViewRay(ray.seen, ray.hit_uv, ray.base_uv, ray.cosine, path_m, depth, ray.from_above, ray.from_m, ray.rise_m, ray.level);
 }

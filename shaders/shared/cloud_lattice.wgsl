@@ -3,20 +3,24 @@
 // light that the ray scatters. Light scattered once is dressed
 // with what is scattered forward on its way, as in cumulus. Twin: src/reference/cloud_lattice.rs.
 @group(0) @binding(METHOD_NEXT) var<uniform> lattice: LatticeLight;
-@group(0) @binding(METHOD_NEXT + 1) var within: texture_3d<f32>;     // mean radiance, moments along x, y, z; colours above one another
+@group(0) @binding(METHOD_NEXT + 1) var within: texture_3d<f32>;     // green mean radiance, moments along x, y, z; above those red and blue means
 @group(0) @binding(METHOD_NEXT + 2) var sun_depths: texture_3d<f32>; // lines by where they pass the base plane, heights
-@group(0) @binding(METHOD_NEXT + 3) var slabs: texture_2d<f32>;      // heights, slabs by the root of their depth; colours below one another
-@group(0) @binding(METHOD_NEXT + 4) var dressed: texture_2d<f32>;    // light scattered once: angle, path
+@group(0) @binding(METHOD_NEXT + 3) var slabs: texture_2d<f32>;      // heights, slabs by the root of their depth; below those red and blue means
+@group(0) @binding(METHOD_NEXT + 4) var dressed: texture_2d<f32>;    // light scattered once, three colours: angle, path at 550 nm
 @group(0) @binding(METHOD_NEXT + 5) var around: sampler;
 @group(0) @binding(METHOD_NEXT + 6) var evenly: sampler;
 
-// Places along a ray that are looked at, and steps of a ray at most.
+// Places along a ray that are looked at, at most, and shares of what it scatters before each; and where few are looked at.
 const LATTICE_SAMPLES: u32 = 4u;
-const LATTICE_MOST_STEPS: f32 = 256.0;
+const LATTICE_PARTS: vec4<f32> = vec4<f32>(0.125, 0.375, 0.625, 0.875);
+const LATTICE_FEW: u32 = 2u;
+const LATTICE_FEW_PARTS: vec4<f32> = vec4<f32>(0.25, 0.75, 0.75, 0.75);
 // What a path counts more than its length.
 const LATTICE_DETOUR: f32 = 0.005;
 const LATTICE_PATH_SCALE: f32 = 0.2;
 const LATTICE_PATH_LOG: f32 = 6.39859493; // ln 601
+// No mean radiance: the least of a half float.
+const LATTICE_DARK: f32 = 6e-8;
 // What a slab's light is multiplied with, at most.
 const LATTICE_MOST: f32 = 16.0;
 
@@ -30,56 +34,55 @@ fn lattice_expm1(x: f32) -> f32 {
     return select(exp(x) - 1.0, x * (1.0 + 0.5 * x), abs(x) < 1e-3);
 }
 
-fn lattice_log1p(x: f32) -> f32 {
-    return select(log(1.0 + x), x * (1.0 - 0.5 * x), abs(x) < 1e-3);
+fn lattice_log1p(x: vec4<f32>) -> vec4<f32> {
+    return select(log(1.0 + x), x * (1.0 - 0.5 * x), abs(x) < vec4<f32>(1e-3));
 }
 
 // Light scattered once, by the angle's place in the table and the path to and from where it is.
-fn lattice_once(column: f32, path_550: f32, ratio: vec3<f32>) -> vec3<f32> {
-    let path = ratio * path_550;
+fn lattice_once(column: f32, path: f32) -> vec3<f32> {
     let rows = f32(textureDimensions(dressed).y);
     let stretched = path * (1.0 + LATTICE_DETOUR * path);
     let v = (log(1.0 + stretched / LATTICE_PATH_SCALE) / LATTICE_PATH_LOG * (rows - 1.0) + 0.5) / rows;
-    let green = textureSampleLevel(dressed, evenly, vec2<f32>(column, v.g), 0.0).rgb;
-    if lattice.grey == 1u {
-        return green;
-    }
-    let red = textureSampleLevel(dressed, evenly, vec2<f32>(column, v.r), 0.0).r;
-    return ratio * vec3<f32>(red, green.g, textureSampleLevel(dressed, evenly, vec2<f32>(column, v.b), 0.0).b);
+    return textureSampleLevel(dressed, evenly, vec2<f32>(column, v), 0.0).rgb;
+}
+
+// What a mean radiance of each colour and the moment against the view, relative to the mean, are as a source of what is scattered
+// again.
+fn lattice_more(mean: vec3<f32>, moment: f32) -> vec3<f32> {
+    return max(mean * (1.0 - lattice.asymmetry * moment), vec3<f32>(0.0));
 }
 
 // Mean radiance and moment against the view in the cubes around a place: the source of what is scattered again.
 fn lattice_within(uv: vec2<f32>, height: f32, towards: vec3<f32>) -> vec3<f32> {
-    let cubes = f32(textureDimensions(within).z) / 3.0;
+    let cubes = f32(textureDimensions(within).z) / 2.0;
     let z = clamp(height, 0.5, cubes - 0.5);
-    var more: vec3<f32>;
-    for (var c = 0; c < 3; c++) {
-        let light = textureSampleLevel(within, around, vec3<f32>(uv, (f32(c) * cubes + z) / (3.0 * cubes)), 0.0);
-        more[c] = light.x - lattice.asymmetry[c] * dot(light.yzw, vec3<f32>(towards.x, -towards.y, towards.z));
-        if lattice.grey == 1u {
-            return max(vec3<f32>(more[0]), vec3<f32>(0.0));
-        }
+    let light = textureSampleLevel(within, around, vec3<f32>(uv, z / (2.0 * cubes)), 0.0);
+    let moment = dot(light.yzw, vec3<f32>(towards.x, -towards.y, towards.z)) / max(light.x, LATTICE_DARK);
+    if lattice.grey == 1u {
+        return lattice_more(light.xxx, moment);
     }
-    return max(more, vec3<f32>(0.0));
+    let others = textureSampleLevel(within, around, vec3<f32>(uv, (cubes + z) / (2.0 * cubes)), 0.0);
+    return lattice_more(vec3<f32>(others.x, light.x, others.y), moment);
 }
 
 // The same in a slab: height, row of its depth, the view's part along the sun's side and upwards.
 fn lattice_slab(height: f32, node: f32, along: vec2<f32>) -> vec3<f32> {
     let size = vec2<f32>(textureDimensions(slabs));
-    var more: vec3<f32>;
-    for (var c = 0; c < 3; c++) {
-        let place = vec2<f32>(height, f32(c) * size.y / 3.0 + node + 0.5) / size;
-        let light = textureSampleLevel(slabs, evenly, place, 0.0);
-        more[c] = light.x - lattice.asymmetry[c] * dot(light.yw, along);
-        if lattice.grey == 1u {
-            return max(vec3<f32>(more[0]), vec3<f32>(0.0));
-        }
+    let light = textureSampleLevel(slabs, evenly, vec2<f32>(height, node + 0.5) / size, 0.0);
+    let moment = dot(light.yw, along) / max(light.x, LATTICE_DARK);
+    if lattice.grey == 1u {
+        return lattice_more(light.xxx, moment);
     }
-    return max(more, vec3<f32>(0.0));
+    let others = textureSampleLevel(slabs, evenly, vec2<f32>(height, 0.5 * size.y + node + 0.5) / size, 0.0);
+    return lattice_more(vec3<f32>(others.x, light.x, others.y), moment);
 }
 
 fn sun_reaches(ray: ViewRay, share: vec4<f32>) -> vec3<f32> {
     let lit = select(lattice.in_air, vec3<f32>(1.0), ray.from_above);
+    let cubes = ray_sees_cubes(ray, lattice.cell_m);
+    if cubes <= 0.0 {
+        return share.rgb;
+    }
     if ray.path_m <= 0.0 {
         return lit;
     }
@@ -88,12 +91,10 @@ fn sun_reaches(ray: ViewRay, share: vec4<f32>) -> vec3<f32> {
     let up = select(towards, ray.seen, ray.from_above);
     let extinction = frame.medium.extinction_550;
     let ratio = frame.medium.extinction / extinction;
-    let rise_m = frame.place.depth_m;
+    let rise_m = ray.rise_m;
     let straight = vec2<f32>(up.x, -up.y) * (rise_m / (ray.cosine * frame.place.extent_m));
-    let texels = textureDimensions(thickness);
-    let crossed = length(straight) * f32(max(texels.x, texels.y));
-    // Close to the horizon a shorter way over the map stands for the whole way.
-    let way = straight / max(crossed / LATTICE_MOST_STEPS, 1.0);
+    let crossed = ray_crosses(ray, straight);
+    let way = straight / ray_shortened(crossed);
     let start = ray.base_uv + frame.place.offset_uv;
     let per_metre = extinction / ray.cosine;
     let count = u32(clamp(ceil(crossed), 1.0, LATTICE_MOST_STEPS));
@@ -107,54 +108,61 @@ fn sun_reaches(ray: ViewRay, share: vec4<f32>) -> vec3<f32> {
     let level = length(sun.xy);
     let facing = select(0.0, dot(towards.xy, sun.xy) / max(level, 1e-6), level > 1e-6);
     let all_m = ray.path_m * ray.cosine;
-    let rows = f32(textureDimensions(slabs).y / 3u);
+    let rows = f32(textureDimensions(slabs).y / 2u);
     let node = sqrt(min(all_m * extinction / lattice.reach, 1.0)) * (rows - 1.0);
 
     let kept = lattice.kept.g;
     // What of all light from the ray is scattered along it.
     let whole = -lattice_expm1(-kept * extinction * ray.path_m);
-    var near = sample_periodic(thickness, repeat, start + select(vec2<f32>(0.0), way, ray.from_above), 0u);
+    let few = ray_is_far(ray);
+    let samples = select(LATTICE_SAMPLES, LATTICE_FEW, few);
+    let ats = -lattice_log1p(-whole * select(LATTICE_PARTS, LATTICE_FEW_PARTS, few)) / kept;
+    var near = ray_map(ray, start + select(vec2<f32>(0.0), way, ray.from_above));
+    // Where the ray has passed so much: of each step with cloud, as long as it has not.
+    var heights_m = vec4<f32>(0.0);
+    var before = 0.0;
+    var step = 0u;
+    loop {
+        let low = select(step, count - 1u - step, ray.from_above);
+        let far = ray_map(ray, start + way * (f32(select(low + 1u, low, ray.from_above)) / f32(count)));
+        let low_m = ray.from_m + f32(low) * step_m;
+        let piece = lattice_piece(select(near, far, ray.from_above), select(far, near, ray.from_above),
+            vec2<f32>(low_m, low_m + step_m));
+        near = far;
+        let more = per_metre * piece.z * (piece.y - piece.x) * step_m;
+        let ends_m = low_m + step_m * select(piece.xy, piece.yx, ray.from_above);
+        let passed = clamp((ats - before) / max(more, 1e-12), vec4<f32>(0.0), vec4<f32>(1.0));
+        let met = (ats > vec4<f32>(before)) & vec4<bool>(more > 0.0);
+        heights_m = select(heights_m, mix(vec4<f32>(ends_m.x), vec4<f32>(ends_m.y), passed), met);
+        before += more;
+        step++;
+        // Left at its end: software devices run through the body once more where a loop is left at its head.
+        continuing {
+            break if step >= count || before >= ats.w;
+        }
+    }
     var found = vec3<f32>(0.0);
     var slab = vec3<f32>(0.0);
-    // The last step with cloud: depth before it and of it, heights at which it begins and ends.
-    var before = 0.0;
-    var added = 0.0;
-    var ends_m = vec2<f32>(0.0);
-    var step = 0u;
-    for (var i = 0u; i < LATTICE_SAMPLES; i++) {
-        let at = -lattice_log1p(-(f32(i) + 0.5) / f32(LATTICE_SAMPLES) * whole) / kept;
-        while step < count && before + added < at {
-            let low = select(step, count - 1u - step, ray.from_above);
-            let far = sample_periodic(thickness, repeat, start + way * (f32(select(low + 1u, low, ray.from_above)) / f32(count)), 0u);
-            let low_m = f32(low) * step_m;
-            let piece = lattice_piece(select(near, far, ray.from_above), select(far, near, ray.from_above),
-                vec2<f32>(low_m, low_m + step_m));
-            near = far;
-            let more = per_metre * piece.z * (piece.y - piece.x) * step_m;
-            if more > 0.0 {
-                before += added;
-                added = more;
-                ends_m = low_m + step_m * select(piece.xy, piece.yx, ray.from_above);
-            }
-            step++;
-        }
-        let height_m = mix(ends_m.x, ends_m.y, clamp((at - before) / max(added, 1e-12), 0.0, 1.0));
-        let uv = start + way * (height_m / rise_m);
+    for (var i = 0u; i < samples; i++) {
+        let at = ats[i];
+        let height_m = heights_m[i];
+        let uv = start + way * ((height_m - ray.from_m) / rise_m);
         let passes = lattice_passes(at, ratio);
         // Depth that it stands for.
-        let depth = whole / f32(LATTICE_SAMPLES) / (kept * passes.g);
+        let depth = whole / f32(samples) / (kept * passes.g);
         let share = depth * lattice.albedo * lattice.kept * ratio * passes;
         let line = vec3<f32>(uv - sun_way * height_m, (height_m / lattice.sun_step_m + 0.5) / heights);
         let sun_depth = max(textureSampleLevel(sun_depths, around, line, 0.0).x, 0.0);
-        found += depth * lattice_once(column, at + sun_depth, ratio)
+        found += depth * lattice_once(column, at + sun_depth)
             + share * lattice_within(uv, height_m / lattice.cell_m + 1.0, towards);
         // The same place of the slab.
         let passed_m = at / per_metre;
         let slab_m = select(passed_m, max(all_m - passed_m, 0.0), ray.from_above);
         let above = extinction * select(max(all_m - passed_m, 0.0), passed_m, ray.from_above);
-        slab += depth * lattice_once(column, at + above / frame.sun.slant_cosine, ratio)
+        slab += depth * lattice_once(column, at + above / frame.sun.slant_cosine)
             + share * lattice_slab(slab_m / (lattice.density * lattice.cell_m) + 1.0, node, vec2<f32>(facing, towards.z));
     }
     let least = vec3<f32>(1e-12);
-    return lit * select(vec3<f32>(1.0), min(found / max(slab, least), vec3<f32>(LATTICE_MOST)), slab > least);
+    let reaches = lit * select(vec3<f32>(1.0), min(found / max(slab, least), vec3<f32>(LATTICE_MOST)), slab > least);
+    return mix(share.rgb, reaches, cubes);
 }

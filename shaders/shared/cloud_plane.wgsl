@@ -6,6 +6,8 @@ alias CloudView = View;
 @group(0) @binding(3) var bounds: texture_2d<f32>;
 
 const PATH_SEEN: bool = true;
+// Steps of a ray to a lattice's light, at most.
+const LATTICE_MOST_STEPS: f32 = 256.0;
 // The method's own bindings begin here.
 const METHOD_BINDING: u32 = 14u;
 
@@ -29,7 +31,33 @@ fn view_ray(ray: Ray) -> ViewRay {
     let base_uv = domain_uv(position.xy + up.xy / cosine * (frame.place.base_m - view.plane_m), frame.place.extent_m);
     let path = path_seen(thickness, bounds, repeat, frame, base_uv, up, from_above);
     let depth = frame.medium.extinction_550 * path.length_m * cosine;
-    return ViewRay(seen, path.hit_uv, base_uv, cosine, path.length_m, depth, from_above);
+    return ViewRay(seen, path.hit_uv, base_uv, cosine, path.length_m, depth, from_above, 0.0, frame.place.depth_m, 0.0);
+}
+
+// Of the layer's map what a ray meets at a place, offset by the wind.
+fn ray_map(ray: ViewRay, uv: vec2<f32>) -> vec4<f32> {
+    return sample_periodic(thickness, repeat, uv, 0u);
+}
+
+// Texels of that which a way over the map crosses.
+fn ray_crosses(ray: ViewRay, way_uv: vec2<f32>) -> f32 {
+    let texels = textureDimensions(thickness);
+    return length(way_uv) * f32(max(texels.x, texels.y));
+}
+
+// How much shorter a way stands for one that crosses so many texels: as of path_seen.
+fn ray_shortened(crossed: f32) -> f32 {
+    return max(crossed / LATTICE_MOST_STEPS, 1.0);
+}
+
+// Whether few places along a ray are enough.
+fn ray_is_far(ray: ViewRay) -> bool {
+    return false;
+}
+
+// How much the light of cubes of the lattice counts, and not its means over them.
+fn ray_sees_cubes(ray: ViewRay, cell_m: f32) -> f32 {
+    return 1.0;
 }
 
 // Texels of the map that one of the picture is as wide as.

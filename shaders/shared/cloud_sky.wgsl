@@ -16,6 +16,11 @@ const METHOD_BINDING: u32 = 16u;
 // Samples along a ray through the layer, at most.
 const PATH_MOST_STEPS: f32 = 1024.0;
 
+// Steps of a ray to a lattice's light, at most: they tell no more than where to look.
+const LATTICE_MOST_STEPS: f32 = 24.0;
+// Level of the map from which on few places along a ray are enough.
+const LATTICE_FAR_LEVEL: f32 = 0.5;
+
 // Nothing behind is seen through more than this.
 const SKY_OPAQUE: f32 = 0.9998;
 
@@ -69,7 +74,37 @@ fn sky_ray(direction: vec3<f32>, crossing: Crossing, level: f32, steps: f32) -> 
     let climbed_m = select(path.low_m, path.high_m, from_above) / cosine;
     let hit_uv = start_uv + vec2<f32>(up.x, -up.y) * (climbed_m / frame.place.extent_m);
     let depth = frame.medium.extinction_550 * path.length_m * cosine;
-    return ViewRay(select(-up, up, from_above), hit_uv, start_uv, cosine, path.length_m, depth, from_above);
+    let seen = select(-up, up, from_above);
+    return ViewRay(seen, hit_uv, start_uv, cosine, path.length_m, depth, from_above, from_m, rise_m, level);
+}
+
+// Of the layer's map what a ray meets at a place, offset by the wind.
+fn ray_map(ray: ViewRay, uv: vec2<f32>) -> vec4<f32> {
+    return sample_level(levels, trilinear, uv, ray.level);
+}
+
+// Texels of that which a way over the map crosses.
+fn ray_crosses(ray: ViewRay, way_uv: vec2<f32>) -> f32 {
+    let texels = textureDimensions(levels);
+    return length(way_uv) * f32(max(texels.x, texels.y)) * exp2(-ray.level);
+}
+
+// A ray goes all of its way.
+fn ray_shortened(crossed: f32) -> f32 {
+    return 1.0;
+}
+
+// Whether few places along a ray are enough.
+fn ray_is_far(ray: ViewRay) -> bool {
+    return ray.level > LATTICE_FAR_LEVEL;
+}
+
+// How much the light of cubes of the lattice counts, and not its means over them: less from where a texel is as wide as a cube,
+// none where it is as wide as four.
+fn ray_sees_cubes(ray: ViewRay, cell_m: f32) -> f32 {
+    let texels = textureDimensions(levels);
+    let cube = max(log2(cell_m * f32(max(texels.x, texels.y)) / frame.place.extent_m), 0.0);
+    return clamp(1.0 - 0.5 * (ray.level - cube), 0.0, 1.0);
 }
 
 // The host lists the tiles of the picture that may show the layer: software devices run through all that a branch skips.

@@ -21,19 +21,14 @@ fn cumulus_piece(ray: CloudRay, angle: f32, at_m: f32, before: f32, piece: f32) 
     let blue = textureSampleLevel(light_blue, around, uvw, 0.0);
     let towards = ray.towards + vec3<f32>(0.0, 0.0, ray.bend * at_m);
     let middle = before + 0.5 * piece;
-    let ratio = cumulus_ratio();
-    let path = ratio * (middle + cumulus_towards_sun(ray, place, middle));
+    let path = middle + cumulus_towards_sun(ray, place, middle);
     let stretched = path * (1.0 + CUMULUS_DETOUR * path);
     let table = vec2<f32>(textureDimensions(dressed));
     let u = (sqrt(angle / PI) * (table.x - 1.0) + 0.5) / table.x;
     let v = (log(1.0 + stretched / CUMULUS_PATH_SCALE) / CUMULUS_PATH_LOG * (table.y - 1.0) + 0.5) / table.y;
-    let once = vec3<f32>(
-        textureSampleLevel(dressed, linear, vec2<f32>(u, v.r), 0.0).r,
-        textureSampleLevel(dressed, linear, vec2<f32>(u, v.g), 0.0).g,
-        textureSampleLevel(dressed, linear, vec2<f32>(u, v.b), 0.0).b,
-    );
+    let once = textureSampleLevel(dressed, linear, vec2<f32>(u, v), 0.0).rgb;
     let share = cumulus_passes(before) - cumulus_passes(before + piece);
     let mean = vec3<f32>(red.x, green.x, blue.x);
     let flux = vec3<f32>(dot(red.yzw, towards), dot(green.yzw, towards), dot(blue.yzw, towards));
-    return cumulus.irradiance * once * ratio * piece + share * cumulus.albedo * max(mean - cumulus.asymmetry * flux, vec3<f32>(0.0));
+    return cumulus.irradiance * once * piece + share * cumulus.albedo * max(mean - cumulus.asymmetry * flux, vec3<f32>(0.0));
 }

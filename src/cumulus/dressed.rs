@@ -47,18 +47,19 @@ impl Scattering {
     }
 }
 
-/// Light of a sun of irradiance 1 scattered towards the eye by a piece of cloud of optical depth 1, over (path, angle): the path is the optical
-/// depth from the sun plus that to the eye, the angle that between the directions to the sun and of view. What is scattered more than
+/// Light of a sun of irradiance 1 scattered towards the eye by a piece of cloud of optical depth 1 at 550 nm, over (path, angle): the path is
+/// the optical depth from the sun plus that to the eye, at 550 nm too, with its detour; the angle that between the directions to the sun
+/// and of view. `ratio`: the colour's extinction over that at 550 nm. What is scattered more than
 /// once and at last forward is in it (S. Goudsmit and J. L. Saunderson, 1940, along the path), less what the lattice holds.
 ///
-/// Values are 1/sr; rows are paths.
-pub fn table(channel: &Channel) -> Vec<f64> {
+/// Values are 1/sr; rows are paths. All colours of a cloud are so read at one place.
+pub fn table(channel: &Channel, ratio: f64) -> Vec<f64> {
     let scattering = Scattering::new(channel);
     let (albedo, kept) = (channel.albedo, scattering.kept);
     let forward = (1.0 - kept) / albedo.max(1e-12);
     let cosines: Vec<f64> = (0..ANGLES).map(|i| angle(i).cos()).collect();
     let rows = (0..PATHS).into_par_iter().map(|j| {
-        let path = path(j);
+        let path = stretched(ratio * straight(path(j)));
         let along = |a: f64| {
             if path < 1e-4 {
                 a * (1.0 - path * (1.0 - 0.5 * a))
@@ -81,11 +82,26 @@ pub fn table(channel: &Channel) -> Vec<f64> {
                 let l = l as f64;
                 (before, now) = (now, ((2.0 * l + 1.0) * cosine * now - l * before) / (l + 1.0));
             }
-            (sum / (4.0 * PI)).max(0.0)
+            ratio * (sum / (4.0 * PI)).max(0.0)
         };
         cosines.iter().map(|&cosine| sum(cosine)).collect::<Vec<f64>>()
     });
     rows.collect::<Vec<_>>().concat()
+}
+
+/// A path with its detour.
+pub fn stretched(path: f64) -> f64 {
+    path * (1.0 + DETOUR * path)
+}
+
+/// And without.
+fn straight(stretched: f64) -> f64 {
+    2.0 * stretched / (1.0 + (1.0 + 4.0 * DETOUR * stretched).sqrt())
+}
+
+/// The tables of red, green, blue of a cloud with such extinctions.
+pub fn tables(channels: &[Channel; 3], extinction_per_m: [f64; 3]) -> [Vec<f64>; 3] {
+    std::array::from_fn(|c| table(&channels[c], extinction_per_m[c] / extinction_per_m[1]))
 }
 
 /// Angle of a column, radians: close together near the sun.

@@ -49,12 +49,13 @@ pub struct LatticeMaps {
     pub factors: HostMap,
     /// Cubes along x, y, z: the lowest ones lie below the base plane.
     pub size: [usize; 3],
-    /// Scattered sunlight of irradiance 1 in the cubes: mean radiance and its moments along x, y, z; red, then green, then blue.
+    /// Scattered sunlight of irradiance 1 in the cubes: green mean radiance and its moments along x, y, z, then red and blue mean radiance.
+    /// Moments of red and blue are to their means as those of green.
     pub within: Vec<[f16; 4]>,
     /// Optical depths towards the sun.
     pub depths: SunDepths,
-    /// The same light in slabs: a row each, by the root of optical depth, columns of heights as of the cubes; red, then green, then blue. Mean,
-    /// moment towards the sun's side, across it and upwards.
+    /// The same light in slabs: a row each, by the root of optical depth, columns of heights as of the cubes. Green mean, moment towards the
+    /// sun's side, across it and upwards; then red and blue means.
     pub slabs: Vec<[f16; 4]>,
     /// Columns and rows of those.
     pub slabs_size: [usize; 2],
@@ -63,6 +64,11 @@ pub struct LatticeMaps {
 }
 
 impl LatticeMaps {
+    /// The same, in air that leaves so much of light that comes through it.
+    pub(crate) fn in_air(&self, in_air: [f32; 3]) -> Self {
+        Self { light: LatticeLight { in_air, ..self.light }, ..self.clone() }
+    }
+
     /// Solves the lattice of a layer; `None` where there is no cloud.
     ///
     /// # Errors
@@ -112,11 +118,11 @@ impl LatticeMaps {
             up: map(fluxes.across, fluxes.up),
             factors: map(NODES, rows),
             slabs: rows_of(&slabs, fluxes.within.size[2]),
-            slabs_size: [fluxes.within.size[2], 3 * NODES],
+            slabs_size: [fluxes.within.size[2], 2 * NODES],
             size: fluxes.within.size,
-            within: [0, 1, 2]
+            within: [green, red_and_blue]
                 .into_iter()
-                .flat_map(|c| fluxes.within.light.par_iter().map(move |parts| of(parts, c)).collect::<Vec<_>>())
+                .flat_map(|of| fluxes.within.light.par_iter().map(of).collect::<Vec<_>>())
                 .collect(),
             light: LatticeLight {
                 kept: inputs.scattering.map(|scattering| scattering.kept as f32),
@@ -134,16 +140,26 @@ impl LatticeMaps {
     }
 }
 
-/// A colour of the light in a cube.
-fn of(parts: &[Vec4; 4], c: usize) -> [f16; 4] {
-    parts.map(|part| f16::from_f32(part[c].clamp(-65504.0, 65504.0)))
+fn half(value: f32) -> f16 {
+    f16::from_f32(value.clamp(-65504.0, 65504.0))
+}
+
+/// Green light in a cube.
+fn green(parts: &[Vec4; 4]) -> [f16; 4] {
+    parts.map(|part| half(part.y))
+}
+
+/// Mean radiance of the others.
+fn red_and_blue([mean, ..]: &[Vec4; 4]) -> [f16; 4] {
+    [half(mean.x), half(mean.z), f16::ZERO, f16::ZERO]
 }
 
 /// Light in slabs, by height. Above its cubes a slab has what leaves it.
 fn rows_of(slabs: &[Within], heights: usize) -> Vec<[f16; 4]> {
-    let texel = |slab: &Within, height: usize, c: usize| of(&slab.light[height.min(slab.light.len() - 1)], c);
-    let row = |slab: &Within, c: usize| (0..heights).map(|height| texel(slab, height, c)).collect::<Vec<_>>();
-    [0, 1, 2].into_iter().flat_map(|c| slabs.iter().flat_map(move |slab| row(slab, c))).collect()
+    let row = |slab: &Within, of: fn(&[Vec4; 4]) -> [f16; 4]| {
+        (0..heights).map(|height| of(&slab.light[height.min(slab.light.len() - 1)])).collect::<Vec<_>>()
+    };
+    [green, red_and_blue].into_iter().flat_map(|of| slabs.iter().flat_map(move |slab| row(slab, of))).collect()
 }
 
 /// The columns of a map.

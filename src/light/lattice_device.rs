@@ -7,7 +7,7 @@ use crate::gpu::{Bind, Gpu, binds};
 use half::f16;
 use std::sync::Arc;
 
-/// Light that droplets scatter once: see [`crate::cumulus::dressed::table`].
+/// Light that droplets scatter once: see [`crate::cumulus::dressed::tables`].
 pub(crate) struct Dressed(wgpu::TextureView);
 
 impl Dressed {
@@ -40,9 +40,9 @@ impl LatticeLit {
     pub(crate) fn new(gpu: &Gpu, maps: LatticeMaps, dressed: Arc<Dressed>) -> Self {
         let size = |[x, y, z]: [usize; 3]| [x as u32, y as u32, z as u32];
         let [nx, ny, nz] = maps.size;
-        let colours = size([nx, ny, 3 * nz]);
+        let stacked = size([nx, ny, 2 * nz]);
         let lines = size(maps.depths.size);
-        let within = gpu.volume_from("lattice", colours, wgpu::TextureFormat::Rgba16Float, &maps.within);
+        let within = gpu.volume_from("lattice", stacked, wgpu::TextureFormat::Rgba16Float, &maps.within);
         let depths = gpu.volume_from("sun_depths", lines, wgpu::TextureFormat::R16Float, &maps.depths.depths);
         let slabs = gpu.half_from("slabs", maps.slabs_size.map(|n| n as u32), &maps.slabs);
         Self { maps, within, depths, slabs, dressed }

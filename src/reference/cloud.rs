@@ -11,7 +11,8 @@ use glam::{DVec2, DVec3, DVec4};
 use std::f64::consts::PI;
 
 /// The textures that every method reads.
-#[derive(Debug, Clone, Copy)]
+#[derive(Clone, Copy)]
+#[expect(missing_debug_implementations, reason = "what reaches a ray is a function")]
 pub struct Maps<'a> {
     /// Transmitted part of a beam: columns of cosine, rows of optical depth.
     pub transmittance: &'a Map,
@@ -26,7 +27,12 @@ pub struct Maps<'a> {
     pub sun_share: &'a Map,
     /// Even light beyond all layers that are drawn: horizontal irradiance.
     pub behind: &'a Map,
+    /// What of a slab's sunlight reaches a ray, where that is not what [`Self::sun_share`] says.
+    pub reaches: Option<Reaches<'a>>,
 }
+
+/// What of a slab's sunlight reaches a ray, if its share is so much: [`super::cloud_lattice::reaches`].
+pub type Reaches<'a> = &'a (dyn Fn(&ViewRay, DVec3) -> DVec3 + Sync);
 
 /// What a method gives for a ray: the sun's light, per irradiance facing it.
 pub type Sunlight<'a> = Box<dyn Fn(&ViewRay) -> DVec3 + Sync + 'a>;
@@ -76,6 +82,12 @@ pub struct ViewRay {
     pub depth: f64,
     /// Seen from above.
     pub from_above: bool,
+    /// Height of `base_uv` above the base plane, metres.
+    pub from_m: f64,
+    /// By how much it climbs within the layer, metres.
+    pub rise_m: f64,
+    /// Of the map, at which it is looked at; `None` where that is the map itself.
+    pub level: Option<f64>,
 }
 
 /// What lies before a layer, or what it is itself.
@@ -137,7 +149,8 @@ pub fn shade_ray(
         let share = at(maps.sun_share);
         let (passing, path) = if ray.from_above { (other_left, before.held.z) } else { (left_clear, 0.0) };
         let added = added_sunlight(frame, sunlight, ray, (share.w, path));
-        light += passing * (vec3(frame.sun.irradiance) * share.truncate() * added);
+        let reaches = maps.reaches.map_or(share.truncate(), |reaches| reaches(ray, share.truncate()));
+        light += passing * (vec3(frame.sun.irradiance) * reaches * added);
     }
     let transport = f64::from(frame.medium.transport_550);
     Shaded { light, alpha, held: DVec3::new(1.0 - even_clear, 0.0, transport * path) }

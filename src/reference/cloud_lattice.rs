@@ -11,10 +11,16 @@ use crate::light::LatticeMaps;
 use glam::{DVec2, DVec3, DVec4, dvec2, dvec3};
 use half::f16;
 
-/// Places along a ray that are looked at.
+/// Places along a ray that are looked at, at most.
 pub const SAMPLES: u32 = 4;
-/// Steps of a ray at most.
-pub const MOST_STEPS: f64 = 256.0;
+/// And from [`FAR_LEVEL`] on.
+pub const FEW: u32 = 2;
+/// Steps of a ray of a plane and of one of a sky, at most.
+pub const MOST_STEPS: [f64; 2] = [256.0, 24.0];
+/// Level of the map from which on few places along a ray are enough.
+pub const FAR_LEVEL: f64 = 0.5;
+/// No mean radiance: the least of a half float.
+pub const DARK: f64 = 6e-8;
 /// What a slab's light is multiplied with, at most.
 pub const MOST: f64 = 16.0;
 
@@ -23,7 +29,7 @@ pub const MOST: f64 = 16.0;
 pub struct LatticeSeen<'a> {
     /// How it is read.
     pub light: &'a LatticeLight,
-    /// Cubes; of each colour as [`LatticeMaps::within`].
+    /// Cubes; as [`LatticeMaps::within`].
     pub size: [usize; 3],
     /// See `size`.
     pub within: &'a [[f16; 4]],
@@ -35,7 +41,7 @@ pub struct LatticeSeen<'a> {
     pub slabs: &'a [[f16; 4]],
     /// Columns and rows of those.
     pub slabs_size: [usize; 2],
-    /// [`crate::cumulus::dressed::table`] of red, green, blue.
+    /// [`crate::cumulus::dressed::tables`].
     pub dressed: [&'a [f64]; 3],
 }
 
@@ -76,30 +82,53 @@ fn around([nx, ny, nz]: [usize; 3], uv: DVec2, height: f64) -> [(usize, f64); 8]
 
 /// A straight way over the map, for a ray that climbs through the layer.
 #[derive(Clone, Copy)]
-struct Way {
+struct Way<'a> {
+    levels: &'a [Map],
+    level: Option<f64>,
     start_uv: DVec2,
     way_uv: DVec2,
+    from_m: f64,
     rise_m: f64,
     /// Steps.
     count: f64,
 }
 
-impl Way {
-    fn new(frame: &Frame, map: &Map, ray: &ViewRay) -> Self {
-        let rise_m = f64::from(frame.place.depth_m);
+impl<'a> Way<'a> {
+    fn new(frame: &Frame, levels: &'a [Map], ray: &ViewRay) -> Self {
+        let (from_m, rise_m, level) = (ray.from_m, ray.rise_m, ray.level);
         let up = if ray.from_above { ray.seen } else { -ray.seen };
         let straight = dvec2(up.x, -up.y) * (rise_m / (ray.cosine * f64::from(frame.place.extent_m)));
-        let crossed = straight.length() * map.width.max(map.height) as f64;
+        let crossed = straight.length() * levels[0].width.max(levels[0].height) as f64 * (-level.unwrap_or(0.0)).exp2();
+        // Of a plane's rays a shorter way stands for the whole way close to the horizon.
+        let [most, most_of_sky] = MOST_STEPS;
+        let (shorter, most) =
+            if level.is_some() { (1.0, most_of_sky) } else { ((crossed / most).max(1.0), most) };
         Self {
+            levels,
+            level,
             start_uv: ray.base_uv + vec2(frame.place.offset_uv),
-            way_uv: straight / (crossed / MOST_STEPS).max(1.0),
+            way_uv: straight / shorter,
+            from_m,
             rise_m,
-            count: crossed.ceil().clamp(1.0, MOST_STEPS),
+            count: crossed.ceil().clamp(1.0, most),
         }
     }
 
     fn uv(&self, part: f64) -> DVec2 {
         self.start_uv + self.way_uv * part
+    }
+
+    fn uv_at(&self, height_m: f64) -> DVec2 {
+        self.uv((height_m - self.from_m) / self.rise_m)
+    }
+
+    fn height_m(&self, part: f64) -> f64 {
+        self.from_m + part * self.rise_m
+    }
+
+    fn map(&self, part: f64) -> [f64; 4] {
+        let uv = self.uv(part).to_array();
+        self.level.map_or_else(|| self.levels[0].sample_periodic(uv), |level| Map::sample_level(self.levels, uv, level))
     }
 }
 
@@ -112,21 +141,21 @@ struct Step {
 }
 
 /// Places of a ray at even shares of the light that it scatters, from the viewer on.
-fn samples(frame: &Frame, kept: f64, map: &Map, ray: &ViewRay, way: &Way) -> [Sample; SAMPLES as usize] {
-    let Way { rise_m, count, .. } = *way;
+fn samples(frame: &Frame, kept: f64, ray: &ViewRay, way: &Way<'_>) -> Vec<Sample> {
+    let count = way.count;
     let extinction = f64::from(frame.medium.extinction_550);
     let whole = -(-kept * extinction * ray.path_m).exp_m1();
     let part = |step: f64| if ray.from_above { 1.0 - step / count } else { step / count };
-    let at = |part: f64| map.sample_periodic(way.uv(part).to_array());
-    let (mut last, mut near, mut step) = (Step::default(), at(part(0.0)), 0.0);
-    std::array::from_fn(|i| {
-        let passes = 1.0 - (i as f64 + 0.5) / f64::from(SAMPLES) * whole;
+    let (mut last, mut near, mut step) = (Step::default(), way.map(part(0.0)), 0.0);
+    let samples = if way.level.is_some_and(|level| level > FAR_LEVEL) { FEW } else { SAMPLES };
+    let sample = |i: u32| {
+        let passes = 1.0 - (f64::from(i) + 0.5) / f64::from(samples) * whole;
         let before = -passes.ln() / kept;
         while step < count && last.before + last.depth < before {
             let [from, to] = [part(step), part(step + 1.0)];
-            let far = at(to);
+            let far = way.map(to);
             let (low, high) = if ray.from_above { (far, near) } else { (near, far) };
-            let heights_m = [from.min(to), from.max(to)].map(|part| part * rise_m);
+            let heights_m = [from.min(to), from.max(to)].map(|part| way.height_m(part));
             let inside = if is_ragged(frame) {
                 column_piece(low, high, heights_m).map(|piece| (piece.ends, piece.density))
             } else {
@@ -142,8 +171,9 @@ fn samples(frame: &Frame, kept: f64, map: &Map, ray: &ViewRay, way: &Way) -> [Sa
         }
         let within = ((before - last.before) / last.depth.max(1e-12)).clamp(0.0, 1.0);
         let height_m = last.ends_m[0] + within * (last.ends_m[1] - last.ends_m[0]);
-        Sample { height_m, before, depth: whole / f64::from(SAMPLES) / (kept * passes) }
-    })
+        Sample { height_m, before, depth: whole / f64::from(samples) / (kept * passes) }
+    };
+    (0..samples).map(sample).collect()
 }
 
 /// Where from 0 to 1 what goes evenly from one value to another is above 0.
@@ -156,19 +186,39 @@ fn inside(first: f64, last: f64) -> Option<[f64; 2]> {
     }
 }
 
-/// The sun's light of a layer by its lattice, per irradiance facing the sun: `of_slab` is that of a slab.
+/// The sun's light of a layer by its lattice, per irradiance facing the sun: `of_slab` is that of a slab. `levels`: the layer's map.
 pub fn sunlight<'a>(
     frame: &'a Frame,
     seen: LatticeSeen<'a>,
-    map: &'a Map,
+    levels: &'a [Map],
     of_slab: impl Fn(&ViewRay) -> DVec3 + Sync + 'a,
 ) -> Sunlight<'a> {
-    Box::new(move |ray| if ray.path_m > 0.0 { relative(frame, &seen, map, ray) * of_slab(ray) } else { of_slab(ray) })
+    Box::new(move |ray| of_slab(ray) * reaches(frame, &seen, levels, ray, DVec3::ONE))
+}
+
+/// How much the light of cubes counts, and not its means over them: less from where a texel is as wide as a cube, none where it is as wide
+/// as four.
+pub fn sees_cubes(frame: &Frame, cell_m: f64, map: &Map, level: f64) -> f64 {
+    let cube = (cell_m * map.width.max(map.height) as f64 / f64::from(frame.place.extent_m)).log2().max(0.0);
+    (1.0 - 0.5 * (level - cube)).clamp(0.0, 1.0)
+}
+
+/// What of a slab's sunlight reaches a ray: by cubes, and by `share` where they are too small to be seen.
+pub fn reaches(frame: &Frame, seen: &LatticeSeen<'_>, levels: &[Map], ray: &ViewRay, share: DVec3) -> DVec3 {
+    let cubes = ray.level.map_or(1.0, |level| sees_cubes(frame, seen.light.cell_m.into(), &levels[0], level));
+    if cubes <= 0.0 {
+        return share;
+    }
+    let lit = if ray.from_above { DVec3::ONE } else { vec3(seen.light.in_air) };
+    if ray.path_m <= 0.0 {
+        return lit;
+    }
+    share.lerp(lit * relative(frame, seen, levels, ray), cubes)
 }
 
 /// Light of the sun along a ray over that of a slab as deep as the ray.
-fn relative(frame: &Frame, seen: &LatticeSeen<'_>, map: &Map, ray: &ViewRay) -> DVec3 {
-    let way = Way::new(frame, map, ray);
+fn relative(frame: &Frame, seen: &LatticeSeen<'_>, levels: &[Map], ray: &ViewRay) -> DVec3 {
+    let way = Way::new(frame, levels, ray);
     let (light, sun) = (seen.light, vec3(frame.sun.towards));
     let extinction = f64::from(frame.medium.extinction_550);
     let ratio = vec3(frame.medium.extinction) / extinction;
@@ -179,53 +229,50 @@ fn relative(frame: &Frame, seen: &LatticeSeen<'_>, map: &Map, ray: &ViewRay) -> 
     let (kept, albedo, asymmetry) = (vec3(light.kept), vec3(light.albedo), vec3(light.asymmetry));
     let (density, cell_m) = (f64::from(light.density), f64::from(light.cell_m));
     let all_m = ray.path_m * ray.cosine;
-    let rows = seen.slabs_size[1] / 3;
+    let rows = seen.slabs_size[1] / 2;
     let node = (all_m * extinction / f64::from(light.reach)).min(1.0).sqrt() * (rows - 1) as f64;
     let once = |path: f64| {
-        let of = |c: usize| {
-            let path = ratio[c] * path;
-            dressed_at(seen.dressed[c], angle, path * (1.0 + dressed::DETOUR * path)) * ratio[c]
-        };
+        let of = |c: usize| dressed_at(seen.dressed[c], angle, dressed::stretched(path));
         dvec3(of(0), of(1), of(2))
     };
+    // Of a mean of each colour, and of the moment against the view.
+    let more = |mean: DVec3, moment: f64| (mean * (1.0 - asymmetry * (moment / mean.y.max(DARK)))).max(DVec3::ZERO);
     let level = sun.truncate().length();
     let facing = if level > 1e-6 { towards.truncate().dot(sun.truncate()) / level } else { 0.0 };
     let count = seen.size[0] * seen.size[1] * seen.size[2];
     let (mut found, mut slab) = (DVec3::ZERO, DVec3::ZERO);
-    for Sample { height_m, before, depth } in samples(frame, kept.y, map, ray, &way) {
-        let uv = way.uv(height_m / way.rise_m);
+    for Sample { height_m, before, depth } in samples(frame, kept.y, ray, &way) {
+        let uv = way.uv_at(height_m);
         let share = depth * albedo * kept * ratio * (-kept * ratio * before).exp();
         let cubes = around(seen.size, uv, height_m / cell_m + 1.0);
-        let mut more = DVec3::ZERO;
-        for c in 0..3 {
-            let light = |(cube, weight): (usize, f64)| {
-                weight * DVec4::from_array(seen.within[c * count + cube].map(f16::to_f64))
+        let around_it = |first: usize| {
+            let of = |(cube, weight): (usize, f64)| {
+                weight * DVec4::from_array(seen.within[first + cube].map(f16::to_f64))
             };
-            let [mean, x, y, z] = cubes.into_iter().map(light).sum::<DVec4>().to_array();
-            more[c] = (mean - asymmetry[c] * dvec3(x, -y, z).dot(towards)).max(0.0);
-        }
+            cubes.into_iter().map(of).sum::<DVec4>().to_array()
+        };
+        let ([green, x, y, z], [red, blue, ..]) = (around_it(0), around_it(count));
+        let scattered = more(dvec3(red, green, blue), dvec3(x, -y, z).dot(towards));
         let lines = around(seen.lines, uv - sun_way * height_m, height_m / f64::from(light.sun_step_m) + 0.5);
         let sun_depth = lines.into_iter().map(|(i, weight)| weight * seen.depths[i].to_f64()).sum::<f64>().max(0.0);
-        found += once(before + sun_depth) * depth + share * more;
+        found += once(before + sun_depth) * depth + share * scattered;
         // The same place of the slab.
         let passed_m = before * ray.cosine / extinction;
         let left_m = (all_m - passed_m).max(0.0);
         let (slab_m, above_m) = if ray.from_above { (left_m, passed_m) } else { (passed_m, left_m) };
-        let mut more = DVec3::ZERO;
-        for c in 0..3 {
-            let [mean, along, _, z] = slab_at(seen, slab_m / density / cell_m + 1.0, c * rows, node);
-            more[c] = (mean - asymmetry[c] * (along * facing + z * towards.z)).max(0.0);
-        }
-        slab += once(before + extinction * above_m / slant) * depth + share * more;
+        let [[green, along, _, z], [red, blue, ..]] =
+            [0, rows].map(|first| slab_at(seen, slab_m / density / cell_m + 1.0, first, node));
+        let scattered = more(dvec3(red, green, blue), along * facing + z * towards.z);
+        slab += once(before + extinction * above_m / slant) * depth + share * scattered;
     }
     let of = |c: usize| if slab[c] > 1e-12 { (found[c] / slab[c]).min(MOST) } else { 1.0 };
     dvec3(of(0), of(1), of(2))
 }
 
-/// Light in a slab: at a height, of the colour that begins at a row, by the node of its depth.
+/// Light in a slab: at a height, of what begins at a row, by the node of its depth.
 fn slab_at(seen: &LatticeSeen<'_>, height: f64, first: usize, node: f64) -> [f64; 4] {
     let [columns, _] = seen.slabs_size;
-    let rows = seen.slabs_size[1] / 3;
+    let rows = seen.slabs_size[1] / 2;
     let place = (height - 0.5).clamp(0.0, (columns - 1) as f64);
     let (x, y) = ((place as usize).min(columns.saturating_sub(2)), (node as usize).min(rows - 2));
     let (right, down) = (place - x as f64, node - y as f64);

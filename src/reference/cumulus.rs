@@ -25,7 +25,7 @@ pub struct CumulusLight<'a> {
     pub lattice: &'a Lattice,
     /// What lights it.
     pub lighting: &'a Lighting,
-    /// [`dressed::table`] of red, green, blue.
+    /// [`dressed::tables`].
     pub dressed: [&'a [f64]; 3],
 }
 
@@ -167,16 +167,14 @@ impl CumulusLight<'_> {
             let cubes = cubes(lattice, volume.extent_m, ray.at(distance_m));
             let share = passes(lighting, before) - passes(lighting, before + depth);
             for c in 0..3 {
-                let ratio = lighting.extinction_per_m[c] / lighting.extinction_per_m[1];
                 let Scattering { albedo, asymmetry, .. } = lighting.scattering[c];
-                let path = ratio * (middle + sun_depth);
-                let once = dressed_at(dressed[c], angle, path * (1.0 + dressed::DETOUR * path));
+                let once = dressed_at(dressed[c], angle, dressed::stretched(middle + sun_depth));
                 let light = |(cube, weight): (usize, f64)| {
                     weight as f32 * Vec4::from_array(lattice.light[c][cube].map(f16::to_f32))
                 };
                 let [mean, x, y, z] = cubes.into_iter().map(light).sum::<Vec4>().as_dvec4().to_array();
                 let more = mean - 3.0 * asymmetry * dvec3(x, y, z).dot(towards);
-                radiance[c] += lighting.sun[c] * once * ratio * depth + share[c] * albedo * more.max(0.0);
+                radiance[c] += lighting.sun[c] * once * depth + share[c] * albedo * more.max(0.0);
             }
             distance += share.y * distance_m;
         });

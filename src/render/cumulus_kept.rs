@@ -1,6 +1,7 @@
 //! The layer of cumulus of a job: what of it stays on the device.
 
 use super::kept::Kept;
+use super::keys::MixKey;
 use crate::cumulus::dressed::{self, Scattering};
 use crate::cumulus::lattice::{Lattice, Lighting};
 use crate::cumulus::{self, BLOB, Coarse, Ray, Relief, Surface, Trap, Volume};
@@ -35,7 +36,7 @@ pub(super) struct CumulusKept {
     lights: Kept<(FieldKey, Lighting), Arc<CumulusLit>>,
     sun_depths: Kept<(FieldKey, [f64; 3], [f64; 2]), Arc<SunDepth>>,
     coarse: Kept<(FieldKey, bool), Arc<CoarseNormals>>,
-    dressed: Kept<String, Arc<Dressed>>,
+    dressed: Kept<MixKey, Arc<Dressed>>,
     through: Kept<(FieldKey, Beam), Through>,
     relief: Option<wgpu::TextureView>,
 }
@@ -171,8 +172,8 @@ impl CumulusKept {
                         look()?;
                         Ok::<_, RenderError>(Arc::new(CumulusLit::new(gpu, &lattice)))
                     })?;
-                    let dressed = self.dressed.get_or_make(tables.mix.key(), || {
-                        Arc::new(Dressed::new(gpu, &channels.each_ref().map(dressed::table)))
+                    let dressed = self.dressed.get_or_make(MixKey::new(tables, extinction_per_m), || {
+                        Arc::new(Dressed::new(gpu, &dressed::tables(channels, extinction_per_m)))
                     });
                     CumulusLight::Lattice(lit, dressed)
                 }

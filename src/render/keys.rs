@@ -6,7 +6,7 @@ use crate::atmosphere::End;
 use crate::field;
 use crate::job::Job;
 use crate::method::{CumulusMethod, SlabMethod, Transport};
-use crate::moment::{LayerMoment, Moment};
+use crate::moment::Moment;
 use crate::plan::field_resolution;
 use crate::scene::quantity::Quantity as _;
 use crate::scene::{Shape, Wind};
@@ -151,8 +151,7 @@ impl MomentKey {
 }
 
 impl MixKey {
-    pub(super) fn new(tables: &MixTables, layer: &LayerMoment) -> Self {
-        let [r, g, b] = layer.extinction_per_m;
+    pub(super) fn new(tables: &MixTables, [r, g, b]: [f64; 3]) -> Self {
         Self { mix: tables.mix.key(), red_to_green: r / g, blue_to_green: b / g }
     }
 }
@@ -168,7 +167,7 @@ impl LatticeKey {
         let layer = &moment.layers[number];
         Self {
             field: FieldKey::new(job, number),
-            mix: MixKey::new(&job.tables()[number], layer),
+            mix: MixKey::new(&job.tables()[number], layer.extinction_per_m),
             extinction_per_m: layer.extinction_per_m[1],
             towards_sun: moment.illumination.towards_sun,
         }

@@ -1,7 +1,7 @@
 //! Light of layers by a lattice, kept by what it depends on: the wind carries it along.
 
 use super::kept::Kept;
-use super::keys::LatticeKey;
+use super::keys::{LatticeKey, MixKey};
 use crate::cumulus::dressed::{self, Scattering};
 use crate::field::Field;
 use crate::gpu::Gpu;
@@ -14,7 +14,7 @@ use std::sync::Arc;
 /// The lattices of some layers and suns.
 pub(super) struct LatticesKept {
     lattices: Kept<LatticeKey, Option<Arc<LatticeLit>>>,
-    dressed: Kept<String, Arc<Dressed>>,
+    dressed: Kept<MixKey, Arc<Dressed>>,
 }
 
 impl LatticesKept {
@@ -50,8 +50,8 @@ impl LatticesKept {
                     fluxes: &tables.fluxes,
                 };
                 let Some(maps) = LatticeMaps::new(&inputs, &|| watch.look())? else { return Ok(None) };
-                let dressed = dressed.get_or_make(tables.mix.key(), || {
-                    Arc::new(Dressed::new(gpu, &tables.channels.each_ref().map(dressed::table)))
+                let dressed = dressed.get_or_make(MixKey::new(tables, inputs.extinction_per_m), || {
+                    Arc::new(Dressed::new(gpu, &dressed::tables(&tables.channels, inputs.extinction_per_m)))
                 });
                 Ok(Some(Arc::new(LatticeLit::new(gpu, maps, dressed))))
             })

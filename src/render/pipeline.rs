@@ -278,7 +278,7 @@ impl Pipeline {
     fn tables(&mut self, job: &Job, moment: &Moment) -> Vec<Tables> {
         let layers = moment.layers.iter().zip(job.tables());
         let make = layers.map(|(layer, tables)| {
-            self.tables.get_or_make(MixKey::new(tables, layer), || {
+            self.tables.get_or_make(MixKey::new(tables, layer.extinction_per_m), || {
                 let host = HostTables::new(tables, layer.extinction_per_m);
                 let device = Arc::new(DeviceTables::new(&self.gpu, &host));
                 Tables { host: Arc::new(host), device }
@@ -292,7 +292,7 @@ impl Pipeline {
         let cosine = run.moment.slant_cosine();
         let layers = run.moment.layers.iter().zip(job.tables()).zip(&run.tables);
         let make = layers.map(|((layer, mix), tables)| {
-            let key = SlabKey::new(MixKey::new(mix, layer), method, cosine);
+            let key = SlabKey::new(MixKey::new(mix, layer.extinction_per_m), method, cosine);
             let make = || HostSlab::new(method, mix, tables.host.ratio, cosine);
             self.slabs.get_or_make(key, || SlabLight::new(&self.gpu, &make()))
         });

@@ -156,7 +156,7 @@ pub(super) fn read(
         entering: map(maps.entering(blur_texels))?,
         above: lit.maps.get(number + 1).map_or_else(|| Ok(open()), |above| map(&above.beam))?,
         above_beam: lit.maps.get(number + 1).map_or_else(|| Ok(open()), |above| map(above.on_ground()))?,
-        lattice: lit.lattices[number].as_deref().map(|lattice| lattice.maps.clone()),
+        lattice: lit.lattices[number].as_deref().map(|lattice| lattice.maps.in_air(lit.shares[number].in_air)),
         beam: map(&maps.beam)?,
         ground_beam: maps.ground_beam.as_ref().map(map).transpose()?,
         tilted: map(&maps.tilted)?,

@@ -54,6 +54,15 @@ impl SlabLight {
         })
     }
 
+    /// The same where the sun's light is that of a lattice along the view ray.
+    pub(crate) fn sky_lattice_shader(&self, field: &Field) -> &'static Shader {
+        field.shader(match self {
+            Self::Forward(_) => [&shaders::SKY_LATTICE_FORWARD, &shaders::SKY_LATTICE_FORWARD_COLUMNS],
+            Self::Analytic(_) => [&shaders::SKY_LATTICE_ANALYTIC, &shaders::SKY_LATTICE_ANALYTIC_COLUMNS],
+            Self::Tabulated(_) => [&shaders::SKY_LATTICE_TABULATED, &shaders::SKY_LATTICE_TABULATED_COLUMNS],
+        })
+    }
+
     /// What the shader reads beside what all methods do.
     pub(crate) fn binds(&self, gpu: &Gpu, tables: &DeviceTables, from_above: bool) -> Vec<Bind> {
         match self {

@@ -251,9 +251,12 @@ fn cloud_pass(
     let (tables, method) = (layer.inputs.tables?, layer.inputs.method?);
     let shape = binds![&layer.levels.map, &gpu.trilinear];
     let mut shared = cloud_binds(gpu, &layer.inputs, view, shape, !rising, drawn_on)?;
-    Some(over(gpu, method.sky_shader(layer.inputs.field), tiles, |tiles| {
+    let (field, lattice) = (layer.inputs.field, layer.inputs.light.and_then(|light| light.lattice.as_ref()));
+    let shader = lattice.map_or_else(|| method.sky_shader(field), |_| method.sky_lattice_shader(field));
+    Some(over(gpu, shader, tiles, |tiles| {
         shared.extend(binds![tiles, air]);
         shared.extend(method.binds(gpu, tables, !rising));
+        shared.extend(lattice.map(|lattice| lattice.binds(gpu)).into_iter().flatten());
         shared
     }))
 }

@@ -144,6 +144,7 @@ impl Twin {
             from_above: &from_above_light,
             sun_share: if from_above { above } else { below },
             behind: if from_above { &from_below } else { &from_above_light },
+            reaches: None,
         };
         let method = cloud_analytic::Maps { closure, phase, aureole };
         let frame = &self.stages.frame;

@@ -71,7 +71,7 @@ impl Droplets {
         let mix = Mix::HenyeyGreenstein { asymmetry: 0.85, albedo: 1.0 };
         let [channel, ..] =
             optics::channels(&mix, &|_| ()).map_err(|_table| ChartError::Empty("droplets of cumulus"))?;
-        Ok(Self { scattering: Scattering::new(&channel), dressed: dressed::table(&channel) })
+        Ok(Self { scattering: Scattering::new(&channel), dressed: dressed::table(&channel, 1.0) })
     }
 }
 
