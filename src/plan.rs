@@ -14,6 +14,7 @@ use crate::scene::quantity::Quantity as _;
 use crate::scene::{Atmosphere, GroundAlbedo, Layer, Scene};
 use crate::spectrum::Spectrum;
 use crate::tables::Detail;
+use transport::Looked;
 
 /// Part of the tolerance that the exchange between cloud and ground may leave.
 const EXCHANGE_SHARE: f64 = 0.05;
@@ -187,7 +188,7 @@ impl Plan {
             tolerance,
             slab: shaded.then(|| SlabMethod::within(tolerance, request.wanted.method(), sheet(scene, request))),
             reference,
-            transport: asked.unwrap_or_else(|| transport::planned(tolerance, scene, seen_from(request))),
+            transport: asked.unwrap_or_else(|| transport::planned(tolerance, scene, Looked::of(request))),
             // Octaves err three times as much and save an eighth of a pixel: docs/charts/cumulus.csv.
             cumulus: request.wanted.cumulus().unwrap_or(CumulusMethod::Lattice),
             texels_per_length: if tolerance >= COARSE_MAPS { 1.0 } else { 2.0 },
@@ -258,12 +259,12 @@ impl Plan {
                 false => {
                     let maps =
                         format!("{}, {} texels per transport length", self.transport.name(), self.texels_per_length);
-                    (maps, transport::error(self.transport, scene, seen_from(request)))
+                    (maps, transport::error(self.transport, scene, Looked::of(request)))
                 }
             };
             let reason = match request.wanted.transport() {
                 Some(_) => "asked for",
-                None => transport::reason(self.tolerance, scene, seen_from(request)),
+                None => transport::reason(self.tolerance, scene, Looked::of(request)),
             };
             add("sunlight", choice, reason.to_owned(), error);
             let (choice, reason, error) = match (dark, even) {

@@ -49,6 +49,16 @@ fn flat_tops_are_taken_as_columns() {
     ] {
         assert_eq!(Plan::new(&request(0.02), &scene(&layers)).transport, transport, "{layers}");
     }
+    let sky = |tolerance: &str, layers: Value| {
+        let query = [("tolerance".to_owned(), tolerance.to_owned())];
+        Plan::new(&Request::parse("sky", "exr", &query).unwrap(), &scene(&layers)).transport
+    };
+    // What is seen of a sky is solved for, unless much may err or nothing is uneven.
+    assert_eq!(sky("0.02", json!([hanging])), Transport::Lattice);
+    assert_eq!(sky("0.02", json!([standing])), Transport::Lattice);
+    assert_eq!(sky("0.16", json!([standing])), Transport::Blended);
+    assert_eq!(sky("0.55", json!([standing])), Transport::Columns);
+    assert_eq!(sky("0.02", json!([even])), Transport::Blended);
     let asked = Plan::new(&asked(&[("transport", "tilted")]), &scene(&json!([hanging])));
     assert_eq!(asked.transport, Transport::Tilted);
 }

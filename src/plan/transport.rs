@@ -4,54 +4,82 @@
 
 use crate::method::Transport;
 use crate::projection::Side;
+use crate::request::Request;
 use crate::scene::Scene;
 
-/// Those that a plan takes, cheapest first. Entry costs what the blend does and is nowhere better; the lattice takes about a second
-/// for a new sun over 20 km, more than ten times as long as the others, and is left to those who ask for it.
-const PLANNED: [Transport; 3] = [Transport::Columns, Transport::Tilted, Transport::Blended];
+/// Those that a plan takes, cheapest first. Entry costs what the blend does and is nowhere better; the lattice takes some tenths of a second
+/// for a new sun or field over 20 km, ten times as long as the others: it is taken for what is seen of a `sky`, and left to those who ask
+/// for it elsewhere.
+const PLANNED: [Transport; 4] = [Transport::Columns, Transport::Tilted, Transport::Blended, Transport::Lattice];
+
+/// What is looked at.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Looked {
+    /// Light on the ground.
+    Ground,
+    /// A view of clouds from one side.
+    Clouds(Side),
+    /// A sky: clouds from below, from above or both.
+    Sky,
+}
+
+impl Looked {
+    pub(super) fn of(request: &Request) -> Self {
+        let wanted = &request.wanted;
+        let clouds = wanted.plane().map(|plane| Self::Clouds(plane.side));
+        clouds.unwrap_or(if wanted.sphere().is_some() { Self::Sky } else { Self::Ground })
+    }
+}
 
 /// Why a transport was taken.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Reason {
-    /// Layers whose tops do not tell how deep they are show no bright and dark sides, which all but independent columns give them
-    /// (docs/method.md 5.3).
+    /// Layers whose tops do not tell how deep they are show no bright and dark sides, which all but independent columns and the lattice give
+    /// them (docs/method.md 5.3).
     DeepBelow,
     Within,
     Least,
 }
 
-/// Error of a transport in what is seen of a scene, from a side; or in light on the ground.
-pub(super) fn error(transport: Transport, scene: &Scene, side: Option<Side>) -> f64 {
-    match side {
-        Some(side) => transport.radiance_error(side, scene.layers.iter().any(|layer| layer.shape.may_have_gaps())),
-        None => transport.error(),
+/// Error of a transport in what is looked at of a scene.
+pub(super) fn error(transport: Transport, scene: &Scene, looked: Looked) -> f64 {
+    let of_side = |side| transport.radiance_error(side, scene.layers.iter().any(|layer| layer.shape.may_have_gaps()));
+    match looked {
+        Looked::Ground => transport.error(),
+        Looked::Clouds(side) => of_side(side),
+        Looked::Sky => of_side(Side::Below).max(of_side(Side::Above)),
     }
 }
 
-fn choose(tolerance: f64, scene: &Scene, side: Option<Side>) -> (Transport, Reason) {
+fn choose(tolerance: f64, scene: &Scene, looked: Looked) -> (Transport, Reason) {
     let mut uneven = scene.layers.iter().filter(|layer| !layer.shape.is_even()).peekable();
-    if uneven.peek().is_some() && uneven.all(|layer| layer.shape.is_deep_below()) {
+    let solved = looked == Looked::Sky && uneven.peek().is_some();
+    if !solved && uneven.peek().is_some() && uneven.all(|layer| layer.shape.is_deep_below()) {
         return (Transport::Columns, Reason::DeepBelow);
     }
-    let error = |transport: &Transport| error(*transport, scene, side);
-    if let Some(cheapest) = PLANNED.into_iter().find(|transport| error(transport) <= tolerance) {
-        return (cheapest, Reason::Within);
+    let planned = &PLANNED[..PLANNED.len() - usize::from(!solved)];
+    let error = |transport: &&Transport| error(**transport, scene, looked);
+    if let Some(cheapest) = planned.iter().find(|transport| error(transport) <= tolerance) {
+        return (*cheapest, Reason::Within);
     }
     // Of equals the last: light that `irradiance` takes is not made a second time.
-    let least = PLANNED.into_iter().rev().min_by(|a, b| error(a).total_cmp(&error(b)));
-    (least.unwrap_or(Transport::Columns), Reason::Least)
+    let least = planned.iter().rev().min_by(|a, b| error(a).total_cmp(&error(b)));
+    (least.copied().unwrap_or(Transport::Columns), Reason::Least)
 }
 
 /// The transport of a plan.
-pub(super) fn planned(tolerance: f64, scene: &Scene, side: Option<Side>) -> Transport {
-    choose(tolerance, scene, side).0
+pub(super) fn planned(tolerance: f64, scene: &Scene, looked: Looked) -> Transport {
+    choose(tolerance, scene, looked).0
 }
 
 /// Why it is that one, in words.
-pub(super) fn reason(tolerance: f64, scene: &Scene, side: Option<Side>) -> &'static str {
-    match choose(tolerance, scene, side).1 {
-        Reason::DeepBelow => "sunlight through cloud whose top does not tell how deep it is",
-        Reason::Within => "sunlight through uneven cloud; the cheapest within the tolerance",
-        Reason::Least => "sunlight through uneven cloud; no method for every frame errs less in such cloud",
+pub(super) fn reason(tolerance: f64, scene: &Scene, looked: Looked) -> &'static str {
+    match choose(tolerance, scene, looked) {
+        (_, Reason::DeepBelow) => "sunlight through cloud whose top does not tell how deep it is",
+        (_, Reason::Within) => "sunlight through uneven cloud; the cheapest within the tolerance",
+        (Transport::Lattice, Reason::Least) => {
+            "sunlight through uneven cloud, solved in three dimensions; cheaper methods err twice as much or more"
+        }
+        (_, Reason::Least) => "sunlight through uneven cloud; no method for every frame errs less in such cloud",
     }
 }
