@@ -357,7 +357,7 @@ fn a_service_that_is_gone_is_told_and_comes_back() {
     let before = server.get(&format!("{sky}/shadow.f32?size=8"));
     assert_eq!(before.status, 200);
     let kept = || std::fs::read_dir(service.file("textures")).ok()?.next();
-    eventually("a finished texture in the bucket", kept);
+    let _ = eventually("a finished texture in the bucket", kept);
     // The service ends: what is in memory is served, what would have to be kept is not acknowledged.
     service.stop();
     let mut other = scene();
