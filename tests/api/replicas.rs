@@ -356,8 +356,12 @@ fn a_service_that_is_gone_is_told_and_comes_back() {
     let sky = server.sky(&scene());
     let before = server.get(&format!("{sky}/shadow.f32?size=8"));
     assert_eq!(before.status, 200);
-    let kept = || std::fs::read_dir(service.file("textures")).ok()?.next();
-    let _ = eventually("a finished texture in the bucket", kept);
+    // Under its own name, which the service gives a file once it is whole, and acknowledged a moment later.
+    let is_whole =
+        |entry: std::io::Result<std::fs::DirEntry>| !entry.unwrap().file_name().to_string_lossy().starts_with('.');
+    let kept = || std::fs::read_dir(service.file("textures")).ok()?.any(is_whole).then_some(());
+    eventually("a finished texture in the bucket", kept);
+    std::thread::sleep(Duration::from_millis(500));
     // The service ends: what is in memory is served, what would have to be kept is not acknowledged.
     service.stop();
     let mut other = scene();
