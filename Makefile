@@ -8,13 +8,15 @@ LISTEN ?= 127.0.0.1:8080
 # One profile for running, testing and measuring: dependencies are compiled once.
 FLAGS := --release --locked
 
-.PHONY: help run test attack replicas fuzz driver fmt bench bench-baseline pictures charts figures audit
+.PHONY: help run test attack replicas ktx2 deploy-check fuzz driver fmt bench bench-baseline pictures charts figures audit
 
 help:
 	@echo "make run       start the server with its viewer on http://$(LISTEN) (LISTEN=ADDR:PORT for another place)"
 	@echo "make test      format check, lints as errors, every test"
 	@echo "make attack    call everything that docs/openapi.json has, thousands of times (with schemathesis too, where it is installed); kill servers fifty times"
 	@echo "make replicas  three servers on an S3 bucket behind nginx, one of them killed (installs nginx, builds an S3 server; some minutes)"
+	@echo "make ktx2      textures of KTX2 through Khronos' own reader and validator (builds them; a minute)"
+	@echo "make deploy-check  the files of deploy through docker-compose, nginx and systemd, without running them (installs them)"
 	@echo "make fuzz      a million broken scenes, 100,000 images, queries, settings and jobs (some minutes)"
 	@echo "make bench     time of each stage, per texel, and how it stands to the committed baseline"
 	@echo "make bench-baseline  the same, written as the new baseline (docs/benches)"
@@ -47,6 +49,14 @@ attack: driver
 replicas:
 	@.ci/driver --required
 	@CARGO="$(CARGO)" .ci/replicas
+
+ktx2: driver
+	$(CARGO) build $(FLAGS)
+	@CARGO="$(CARGO)" .ci/ktx2 target/release/skyloom
+
+deploy-check: driver
+	$(CARGO) build $(FLAGS)
+	@.ci/deploy target/release/skyloom
 
 fuzz:
 	SKYLOOM_FUZZ_CASES=1000000 $(CARGO) test $(FLAGS) --workspace --test fuzz -- --nocapture

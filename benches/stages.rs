@@ -27,13 +27,26 @@ fn job(
     library: &TableLibrary,
     side: u32,
     (seed, turbulence_m_s): (u64, f64),
+    output: (&str, &str),
+    query: &[(&str, String)],
+) -> Job {
+    let given = json!({ "sun": [98, 94, 87], "sky": [2.6, 3.8, 6.2] });
+    job_under(given, library, side, (seed, turbulence_m_s), output, query)
+}
+
+/// The same under a sky of one's choice.
+fn job_under(
+    atmosphere: serde_json::Value,
+    library: &TableLibrary,
+    side: u32,
+    (seed, turbulence_m_s): (u64, f64),
     (texture, format): (&str, &str),
     query: &[(&str, String)],
 ) -> Job {
     let scene = json!({
         "domain": { "extent_m": 20000, "resolution": side },
         "sun": { "zenith_deg": 60, "azimuth_deg": 160 },
-        "atmosphere": { "sun": [98, 94, 87], "sky": [2.6, 3.8, 6.2] },
+        "atmosphere": atmosphere,
         "ground": { "albedo": [0.2, 0.2, 0.2] },
         "layers": [{ "base_m": 1000,
             "thickness": { "kind": "stratocumulus", "pattern": "closed", "coverage": 0.9, "seed": seed },
@@ -52,14 +65,14 @@ struct Case {
     name: &'static str,
     texture: &'static str,
     stage: &'static str,
-    query: &'static [(&'static str, &'static str)],
+    query: Query,
     new_field: bool,
     /// Time from run to run; 0 where all are of the same moment.
     step_s: f64,
     turbulence_m_s: f64,
 }
 
-const fn shade(name: &'static str, texture: &'static str, query: &'static [(&'static str, &'static str)]) -> Case {
+const fn shade(name: &'static str, texture: &'static str, query: Query) -> Case {
     Case { name, texture, stage: "shade", query, new_field: false, step_s: 0.0, turbulence_m_s: 0.0 }
 }
 
@@ -174,6 +187,22 @@ fn stages(criterion: &mut Criterion) {
     }
 }
 
+/// Names with values.
+type Query = &'static [(&'static str, &'static str)];
+/// Formats of one image, with what is asked of them.
+const FORMATS: [(&str, &str, Query); 10] = [
+    ("exr", "exr", &[]),
+    ("png", "png", &[]),
+    ("hdr", "hdr", &[]),
+    ("f16", "f16", &[]),
+    ("ktx2", "ktx2", &[]),
+    ("ktx2, mips", "ktx2", &[("mips", "true")]),
+    ("ktx2, rgb9e5", "ktx2", &[("coding", "rgb9e5")]),
+    ("ktx2, bc6h", "ktx2", &[("coding", "bc6h")]),
+    ("dds", "dds", &[]),
+    ("dds, mips", "dds", &[("mips", "true")]),
+];
+
 /// Textures that a frame is made of.
 const FRAME: [&str; 3] = ["irradiance", "shadow", "cloud"];
 const FRAME_SIDE: u32 = 512;
@@ -211,6 +240,39 @@ fn whole_frame(criterion: &mut Criterion) {
     }
 }
 
+/// The same frame, and a panorama, under the light of physical air, whose own tables are there.
+fn in_air(criterion: &mut Criterion) {
+    let mut renderer = Renderer::new(&RendererOptions::default()).expect("a Vulkan driver");
+    let library = TableLibrary::new(None);
+    let mut run = 0;
+    let mut group = criterion.benchmark_group("in air");
+    group.sample_size(10);
+    for (name, textures) in [("whole frame", &FRAME[..]), ("panorama", &["sky"])] {
+        group.bench_function(BenchmarkId::new(name, FRAME_SIDE), |bench| {
+            bench.iter_custom(|count| {
+                let mut total = Duration::ZERO;
+                for _ in 0..count {
+                    run += 1;
+                    let time = [("time", (4.0 * f64::from(run)).to_string())];
+                    for texture in textures {
+                        let output = (*texture, "f32");
+                        let job = job_under(json!("continental"), &library, FRAME_SIDE, (1, 1.5), output, &time);
+                        total += renderer
+                            .render(&job, &Watch::default())
+                            .unwrap()
+                            .timings
+                            .iter()
+                            .map(|(_, time)| *time)
+                            .sum::<Duration>();
+                    }
+                }
+                total
+            });
+        });
+    }
+    group.finish();
+}
+
 fn encoders(criterion: &mut Criterion) {
     let mut renderer = Renderer::new(&RendererOptions::default()).expect("a Vulkan driver");
     let library = TableLibrary::new(None);
@@ -226,6 +288,16 @@ fn encoders(criterion: &mut Criterion) {
         }
         group.finish();
     }
+    // Formats for engines hold no alpha, or hold it otherwise: one image of light that all of them take.
+    let mut group = criterion.benchmark_group(format!("encode irradiance of {FRAME_SIDE}"));
+    for (name, format, query) in FORMATS {
+        let query: Vec<_> = query.iter().map(|(name, value)| (*name, (*value).to_owned())).collect();
+        let job = job(&library, FRAME_SIDE, (1, 0.0), ("irradiance", format), &query);
+        let texture = renderer.render(&job, &Watch::default()).unwrap();
+        group.throughput(Throughput::Elements(u64::from(FRAME_SIDE) * u64::from(FRAME_SIDE)));
+        group.bench_function(name, |bench| bench.iter(|| encode(&texture, &job).unwrap()));
+    }
+    group.finish();
 }
 
 fn mixes(criterion: &mut Criterion) {
@@ -377,6 +449,6 @@ fn points(criterion: &mut Criterion) {
 criterion_group! {
     name = benches;
     config = Criterion::default().sample_size(20).warm_up_time(Duration::from_millis(500)).measurement_time(Duration::from_secs(2));
-    targets = whole_frame, stages, cumulus, points, encoders, mixes, air
+    targets = whole_frame, in_air, stages, cumulus, points, encoders, mixes, air
 }
 criterion_main!(benches);

@@ -14,6 +14,7 @@ use crate::client::Client;
 use crate::cors;
 use crate::deliver;
 use crate::problem::{self, ApiError};
+use crate::trace::Trace;
 
 const REQUEST_ID: HeaderName = HeaderName::from_static("x-request-id");
 const SERVER_TIMING: HeaderName = HeaderName::from_static("server-timing");
@@ -30,7 +31,10 @@ pub async fn around(State(app): State<Arc<App>>, request: Request, next: Next) -
     let asked = cors::preflight(allowed, &parts);
     let admitted = access::admit(&app.config, &mut parts);
     let client = parts.extensions.get::<Client>().cloned().unwrap_or_default();
-    let span = tracing::info_span!("request", id);
+    let trace = Trace::of(&parts.headers);
+    let (trace_id, parent_id) =
+        trace.as_ref().map_or((None, None), |trace| (Some(trace.trace_id.as_str()), Some(trace.parent_id.as_str())));
+    let span = tracing::info_span!("request", id, trace_id, parent_id);
     let answer = async {
         match (asked, admitted) {
             (Some(answer), _) => answer.unwrap_or_else(ApiError::into_response),
@@ -61,12 +65,12 @@ pub async fn around(State(app): State<Arc<App>>, request: Request, next: Next) -
     app.metrics.answered(method.as_str(), &route, status, took);
     if access::changes(&method, &path) {
         // What was changed, and what somebody tried to change: one line each, under a name of its own.
-        tracing::info!(target: "skyloom::audit", id, %client, %method, path, status, ms, "write");
+        tracing::info!(target: "skyloom::audit", id, trace_id, parent_id, %client, %method, path, status, ms, "write");
     }
     if path.starts_with("/health") || path == "/metrics" {
-        tracing::debug!(id, %client, %method, path, status, ms, "answered");
+        tracing::debug!(id, trace_id, parent_id, %client, %method, path, status, ms, "answered");
     } else {
-        tracing::info!(id, %client, %method, path, status, ms, "answered");
+        tracing::info!(id, trace_id, parent_id, %client, %method, path, status, ms, "answered");
     }
     response
 }

@@ -15,7 +15,7 @@ pub const ANY: &str = "*";
 const METHODS: &str = "GET, HEAD, POST, PATCH, DELETE";
 /// Headers that a page may send beside those that every page may.
 const REQUEST_HEADERS: &str =
-    "authorization, cache-control, content-encoding, content-type, if-none-match, last-event-id";
+    "authorization, cache-control, content-encoding, content-type, if-none-match, last-event-id, traceparent";
 /// Headers of replies that a page may read beside those that every page may.
 const EXPOSED: &str = "Accept-Encoding, Allow, ETag, Location, Retry-After, Server-Timing, Skyloom-Depth, \
                        Skyloom-Expected-Error, Skyloom-Tolerance-Met, WWW-Authenticate, X-Request-Id, X-Skyloom-Shape";

@@ -63,6 +63,11 @@ impl<T> Fair<T> {
         Some(taken)
     }
 
+    /// Whether anything that is wanted waits.
+    pub fn any(&self, wanted: impl Fn(&Waiting<T>) -> bool) -> bool {
+        self.waiting.iter().any(wanted)
+    }
+
     /// Takes something out of the line.
     pub fn remove(&mut self, number: u64) -> Option<Waiting<T>> {
         let at = self.waiting.iter().position(|one| one.number == number)?;

@@ -51,6 +51,7 @@ pub mod store_health;
 pub mod sun;
 pub mod table_work;
 pub mod textures;
+pub mod trace;
 pub mod upkeep;
 pub mod version;
 pub mod viewer;

@@ -1,8 +1,9 @@
 //! The threads that own the graphics device, and the line before them.
 //!
 //! One thread takes jobs in turn. While it is at a large one, a second one with a renderer of its own takes the small ones that
-//! wait, so that nobody who asks for little waits for what somebody else asked. Both survive panics and lost devices by making
-//! a new renderer; the first tells its state, so that readiness says what rendering would find.
+//! wait, and while both are at what is not quick, a third one takes the quick ones, so that nobody who asks for little waits for
+//! what somebody else asked. All survive panics and lost devices by making a new renderer; the first tells its state, so that
+//! readiness says what rendering would find.
 
 use std::fmt;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -28,7 +29,7 @@ mod tests;
 mod worker;
 
 pub use core_renderer::core_factory;
-use line::Line;
+use line::{Lane, Line};
 use order::Order;
 pub(crate) use order::failure;
 pub use order::{Failure, Held};
@@ -45,7 +46,7 @@ pub struct RenderQueue {
     line: Arc<Line>,
     state: watch::Receiver<State>,
     shared: Arc<Shared>,
-    threads: [JoinHandle<()>; 2],
+    threads: [JoinHandle<()>; 3],
 }
 
 impl fmt::Debug for RenderQueue {
@@ -76,11 +77,12 @@ impl RenderQueue {
             shared: Arc::clone(&shared),
             slots: slots.clone(),
         };
-        let (main, express) = (worker(), worker());
+        let (main, express, quick) = (worker(), worker(), worker());
         let thread = |name: &str| std::thread::Builder::new().name(name.to_owned());
         let main = thread("render").spawn(move || main.run())?;
-        let express = thread("render small").spawn(move || express.help())?;
-        Ok(Self { line, state, shared, threads: [main, express] })
+        let express = thread("render small").spawn(move || express.help(Lane::Express))?;
+        let quick = thread("render quick").spawn(move || quick.help(Lane::Quick))?;
+        Ok(Self { line, state, shared, threads: [main, express, quick] })
     }
 
     /// State of the render thread.

@@ -109,7 +109,7 @@ async function update() {
       showSun(small.sun);
     }
     const frame = await load(now, state, size, state.time, signal);
-    const other = state.compare && state.view !== "ground" ? await loadOther(now, state, size, state.time, signal) : null;
+    const other = state.compare ? await loadOther(now, state, size, state.time, signal) : null;
     if (signal.aborted) return;
     now.isShown = true;
     show({ sky: now, a: frame, b: null, mixed: 0, other });
@@ -119,7 +119,7 @@ async function update() {
     say(`${main.texture} ${main.width} × ${main.height} in ${Math.round(performance.now() - start)} ms; the server: ${stagesOf(main) || "from memory"}` + (main.met ? "" : `; error expected ${Math.round(100 * main.expected)} %`));
     showRest(now);
     sharpen();
-    await showPlans(now, frame.main, other, signal);
+    await showPlans(now, frame.main, other?.main, signal);
   } catch (error) {
     if (!signal.aborted) failed(error);
   } finally {
@@ -229,8 +229,7 @@ function showControls() {
   const isMap = state.view === "maps";
   $("flat").hidden = !isMap;
   $("solid").hidden = isMap;
-  const wipes = state.compare && state.view !== "ground";
-  for (const id of ["wipe", "side-a", "side-b"]) $(id).hidden = !wipes;
+  for (const id of ["wipe", "side-a", "side-b"]) $(id).hidden = !state.compare;
   canvasNow().setAttribute("aria-label", { dome: "The sky. Arrow keys turn, plus and minus change the field of view", ground: "The ground under the clouds. Arrow keys turn, plus and minus come nearer and farther", maps: `Map of ${state.texture}. Arrow keys move it, Shift and arrows the cross` }[state.view]);
 }
 

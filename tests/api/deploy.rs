@@ -48,3 +48,46 @@ fn the_settings_of_replicas_are_taken() {
     assert_eq!(told.status.code(), Some(1), "{words}");
     assert!(words.contains("/dev/null/none") || words.contains("preparing"), "{words}");
 }
+
+/// The values of a key in a text of lines `key: value`, `key = value` or `key value;`, in their order.
+fn values<'a>(text: &'a str, key: &str) -> Vec<&'a str> {
+    let lines = text.lines().map(|line| line.trim().trim_start_matches("- "));
+    let rest = lines.filter_map(|line| line.strip_prefix(key)?.strip_prefix([':', ' ']));
+    rest.map(|rest| rest.trim_start_matches(['=', ' ']).split(['#', ';']).next().unwrap().trim()).collect()
+}
+
+/// Ports, names, folders and times stand in several files of `deploy`.
+#[test]
+fn the_files_of_replicas_agree() {
+    let [compose, nginx, settings, container] = ["compose.yaml", "nginx.conf", "skyloom.toml", "Containerfile"]
+        .map(|name| std::fs::read_to_string(file(name)).unwrap());
+    let settings: toml::Table = settings.parse().unwrap();
+    let server = &settings["server"];
+    let port = |name: &str| server[name].as_str().unwrap().strip_prefix("0.0.0.0:").unwrap().to_owned();
+    let (listen, probes) = (port("listen"), port("admin_listen"));
+    // nginx passes on to every replica that there is, at its port.
+    let replicas: Vec<String> =
+        compose.lines().filter_map(|line| line.trim().strip_suffix(": *replica").map(str::to_owned)).collect();
+    let upstream: Vec<&str> =
+        values(&nginx, "server").into_iter().filter(|server| server.contains("max_fails")).collect();
+    let upstream: Vec<&str> = upstream.iter().map(|server| server.split(' ').next().unwrap()).collect();
+    assert_eq!(upstream, replicas.iter().map(|name| format!("{name}:{listen}")).collect::<Vec<_>>());
+    assert_eq!(values(&compose, "depends_on"), [format!("[{}]", replicas.join(", "))]);
+    // The proxy is one that the replicas trust, and is reached at this machine alone.
+    assert_eq!(values(&compose, "subnet"), [server["proxies"][0].as_str().unwrap()]);
+    assert!(compose.contains(&format!("\"127.0.0.1:8080:{}\"", values(&nginx, "listen")[0])));
+    // One folder is the store of all, and the proxy passes what they take.
+    let data = server["data"].as_str().unwrap();
+    assert!(compose.contains(&format!("- store:{data}\n")) && container.contains(&format!("VOLUME {data}\n")));
+    let body = skyloom_server::config::Config::default().limits.image_bytes;
+    assert_eq!(values(&nginx, "client_max_body_size"), [format!("{}m", body >> 20)]);
+    assert!(
+        container.contains(&format!("EXPOSE {listen} {probes}\n"))
+            && container.contains(&format!(":{probes}/health/live"))
+    );
+    // Nothing is killed that is still finishing.
+    let whole =
+        server["drain_s"].as_integer().unwrap() + skyloom_server::config::Config::default().server.grace_s as i64;
+    let patience = values(&compose, "stop_grace_period")[0].trim_end_matches('s').parse::<i64>().unwrap();
+    assert!(patience > whole, "{patience} s to finish, and {whole} s are allowed");
+}

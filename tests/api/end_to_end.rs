@@ -26,6 +26,7 @@ mod points;
 mod replicas;
 #[path = "../common/schema.rs"]
 mod schema_tools;
+mod shares;
 mod sun;
 mod textures;
 mod together;

@@ -319,10 +319,11 @@ impl Server {
         answer.body_mut().read_json()
     }
 
-    /// Kills it while others talk to it.
+    /// Sends it a signal, by its name, while others talk to it: `KILL`, `STOP`, `CONT`.
     #[cfg(unix)]
-    pub(crate) fn signal_kill(&self) {
-        Command::new("kill").args(["-9", &self.child.id().to_string()]).status().unwrap();
+    pub(crate) fn signal(&self, name: &str) {
+        let sent = Command::new("kill").args(["-s", name, &self.child.id().to_string()]).status().unwrap();
+        assert!(sent.success(), "{name}");
     }
 
     /// Asks for an orderly end and waits for it.

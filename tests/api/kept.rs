@@ -350,7 +350,7 @@ fn nothing_acknowledged_is_lost_by_fifty_kills() {
                 (skies, images)
             });
             std::thread::sleep(kill);
-            server.signal_kill();
+            server.signal("KILL");
             let (own_skies, own_images) = posts.join().unwrap();
             skies.extend(own_skies);
             images.extend(own_images);
@@ -387,7 +387,7 @@ fn tables_are_whole_or_not_there_however_often_their_maker_is_killed() {
             scope.spawn(|| server.try_post("/v1/render", "application/json", wanted(round).as_bytes()).is_ok());
             eventually("a table, or a part of one", || (count() > before).then_some(()));
             std::thread::sleep(Duration::from_millis(u64::from(7 * round % 31)));
-            server.signal_kill();
+            server.signal("KILL");
         });
     }
     let (code, told) = store(data.path(), "check", &[]);

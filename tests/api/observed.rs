@@ -64,9 +64,12 @@ fn the_log_in_json_has_the_requests_name_and_a_line_for_every_write() {
     let mut line = String::new();
     std::io::BufRead::read_line(&mut std::io::BufReader::new(child.stdout.take().unwrap()), &mut line).unwrap();
     let address = line.trim_end().strip_prefix("listening on ").unwrap();
-    let answer =
-        ureq::post(format!("{address}/v1/skies")).content_type("application/json").send(scene().to_string()).unwrap();
+    let (trace, parent) = ("4bf92f3577b34da6a3ce929d0e0e4736", "00f067aa0ba902b7");
+    let posted = ureq::post(format!("{address}/v1/skies")).header("traceparent", format!("00-{trace}-{parent}-01"));
+    let answer = posted.content_type("application/json").send(scene().to_string()).unwrap();
     assert_eq!(answer.status(), 201);
+    let plain = ureq::get(format!("{address}/v1/limits")).header("traceparent", "00-none").call().unwrap();
+    let plain = plain.headers()["x-request-id"].to_str().unwrap().to_owned();
     let id = answer.headers()["x-request-id"].to_str().unwrap().to_owned();
     std::process::Command::new("kill").arg(child.id().to_string()).status().unwrap();
     let output = child.wait_with_output().unwrap();
@@ -80,5 +83,10 @@ fn the_log_in_json_has_the_requests_name_and_a_line_for_every_write() {
     );
     assert_eq!((&audit["status"], &audit["level"], &audit["message"]), (&201.into(), &"INFO".into(), &"write".into()));
     assert!(of_request.iter().any(|line| line["message"] == "answered"));
+    // All lines of a request that belongs to a trace say so, and no others.
+    assert!(of_request.iter().all(|line| line["trace_id"] == trace && line["parent_id"] == parent), "{of_request:?}");
+    let others: Vec<_> = lines.iter().filter(|line| line["id"] != id.as_str()).collect();
+    assert!(others.iter().any(|line| line["id"] == plain.as_str() && line["message"] == "answered"));
+    assert!(others.iter().all(|line| line.get("trace_id").is_none() && line.get("parent_id").is_none()), "{others:?}");
     assert!(lines.iter().all(|line| line["time"].as_str().unwrap().ends_with('Z')));
 }

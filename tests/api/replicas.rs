@@ -1,7 +1,7 @@
 //! Replicas on a bucket, behind nginx: a real server of S3's protocol, Debian's nginx, the settings of `deploy`. It takes both programs and
 //! minutes, and runs by `make replicas`.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::net::{TcpListener, TcpStream};
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
@@ -210,7 +210,7 @@ fn three_replicas_on_a_bucket_serve_every_byte_and_frame_though_one_is_killed() 
             });
         }
         eventually("half of the requests", || (asked.load(Ordering::Relaxed) > REQUESTS / 2).then_some(()));
-        dying.signal_kill();
+        dying.signal("KILL");
     });
     dying.kill();
     // What it had begun is made by the others: no moment is missing, from the first frame to some after its death.
@@ -256,6 +256,95 @@ fn three_replicas_on_a_bucket_serve_every_byte_and_frame_though_one_is_killed() 
     assert_eq!(looked("gc", &["--dry-run"]).0, Some(0));
 }
 
+/// Milliseconds between frames that take long enough to die in.
+const SLOW_EVERY_MS: i64 = 2000;
+
+/// Two on a bucket; one is killed while it holds the claim of a frame that it has not written, as the bucket itself tells. The other one makes that
+/// frame, under the next number of the claim.
+#[test]
+fn a_frame_whose_maker_is_killed_in_the_midst_of_it_is_made_by_the_other_and_once() {
+    let (service, folder) = (Service::start(), tempfile::tempdir().unwrap());
+    let mut servers: Vec<Server> = (0..2).map(|i| replica(&service, &folder.path().join(i.to_string()))).collect();
+    servers.iter().for_each(Server::is_ready);
+    let mut job = job();
+    // Texels enough for most of a second, so that most of the time a frame is in the making.
+    job["every"] = json!(format!("{SLOW_EVERY_MS}ms"));
+    job["textures"] = json!([{ "texture": "cloud", "format": "png", "query": { "size": 1536 } }]);
+    let json = [("content-type", "application/json")];
+    let given = servers[0].ask("POST", "/v1/jobs", &json, job.to_string().as_bytes());
+    assert_eq!(given.status, 201, "{}", given.text());
+    let progress = |server: &Server| server.get("/v1/jobs/roof").json();
+    let made = |server: &Server| progress(server)["frames"]["made"].as_u64().unwrap();
+    for server in &servers {
+        eventually("a frame of every server", || {
+            (server.get("/v1/jobs/roof").status == 200 && made(server) >= 1).then_some(())
+        });
+    }
+    let frames = || {
+        let manifest = std::fs::read(service.file("jobs/roof/manifest.json")).unwrap();
+        let manifest: Value = serde_json::from_slice(&manifest).unwrap();
+        manifest["frames"].as_array().unwrap().clone()
+    };
+    let count = |frame: &Value| (frame["time"].as_f64().unwrap() * 1e3).round() as i64 / SLOW_EVERY_MS;
+    // What is claimed, by the beginning of its name.
+    let claims = || {
+        let names = std::fs::read_dir(service.file("jobs/roof")).unwrap();
+        let names = names.filter_map(|entry| entry.unwrap().file_name().into_string().ok());
+        names.filter_map(|name| Some(name.split_once("-claim.")?.0.to_owned())).collect::<BTreeSet<_>>()
+    };
+    let written = |name: &str| service.file(&format!("jobs/roof/{name}.json")).exists();
+    // Whose a claim is no file tells, but a maker says what it makes, and one that leaves a frame to another says another. The dying one stands
+    // still while it is looked at, so that what is found holds when it is killed.
+    let dying = servers.pop().unwrap();
+    let (by_dead, begun) = eventually("a frame in the making", || {
+        let own = progress(&dying);
+        let name = own["making"].as_str()?.replace(['-', ':'], "").to_lowercase();
+        dying.signal("STOP");
+        // What it had sent by then arrives.
+        std::thread::sleep(Duration::from_millis(200));
+        let is_others = progress(&servers[0])["making"] == own["making"];
+        if is_others || !claims().contains(&name) || written(&name) {
+            dying.signal("CONT");
+            return None;
+        }
+        dying.signal("KILL");
+        Some((own["frames"]["made"].as_u64().unwrap(), name))
+    });
+    dying.kill();
+    assert!(claims().contains(&begun) && !written(&begun), "claimed and not there");
+    // It comes, and so do all moments from the first frame to some after the death.
+    eventually("the frame that was begun", || written(&begun).then_some(()));
+    let until = frames().iter().map(count).max().unwrap() + 5;
+    let first = eventually("all frames", || {
+        let there: BTreeSet<i64> = frames().iter().map(count).collect();
+        let first = *there.first()?;
+        (first..=until).all(|moment| there.contains(&moment)).then_some(first)
+    });
+    // Each was made by one of the two and by one alone: what the dead one had made was counted, and the living one counts what it has told of,
+    // but for the last.
+    let (before, there, after) = (made(&servers[0]), frames().len() as u64, made(&servers[0]));
+    let counted = by_dead + before..=by_dead + after + 1;
+    eprintln!("{begun} was taken over; {there} frames, {by_dead} of the one that died");
+    assert!(counted.contains(&there), "{counted:?} were made, and {there} are there");
+    let rest = servers[0].ask("PATCH", "/v1/jobs/roof", &json, br#"{"paused": true}"#);
+    assert_eq!(rest.status, 200, "{}", rest.text());
+    let told = eventually("a manifest that stays", || {
+        let before = frames();
+        std::thread::sleep(Duration::from_millis(3000));
+        (before == frames()).then_some(before)
+    });
+    let moments: Vec<i64> = told.iter().map(count).collect();
+    assert!(moments.windows(2).all(|pair| pair[1] > pair[0]), "each once: {moments:?}");
+    assert!((first..=until).all(|moment| moments.contains(&moment)), "none is missing: {moments:?}");
+    for frame in &told {
+        for file in frame["textures"].as_object().unwrap().values() {
+            let bytes = std::fs::read(service.file(&format!("jobs/roof/{}", file["file"].as_str().unwrap()))).unwrap();
+            assert_eq!(skyloom::image::sha256_hex(&bytes), file["sha256"].as_str().unwrap(), "{file}");
+        }
+    }
+    eventually("no claim left", || claims().is_empty().then_some(()));
+}
+
 #[test]
 fn a_service_that_is_gone_is_told_and_comes_back() {
     let folder = tempfile::tempdir().unwrap();
@@ -267,8 +356,12 @@ fn a_service_that_is_gone_is_told_and_comes_back() {
     let sky = server.sky(&scene());
     let before = server.get(&format!("{sky}/shadow.f32?size=8"));
     assert_eq!(before.status, 200);
-    let kept = || std::fs::read_dir(service.file("textures")).ok()?.next();
+    // Under its own name, which the service gives a file once it is whole, and acknowledged a moment later.
+    let is_whole =
+        |entry: std::io::Result<std::fs::DirEntry>| !entry.unwrap().file_name().to_string_lossy().starts_with('.');
+    let kept = || std::fs::read_dir(service.file("textures")).ok()?.any(is_whole).then_some(());
     eventually("a finished texture in the bucket", kept);
+    std::thread::sleep(Duration::from_millis(500));
     // The service ends: what is in memory is served, what would have to be kept is not acknowledged.
     service.stop();
     let mut other = scene();

@@ -56,7 +56,7 @@ fn a_frame_is_made_once_by_whichever_server_and_by_another_when_its_maker_dies()
     // One dies in the midst of it, without a word.
     let dead = servers.pop().unwrap();
     let by_dead = made(&dead);
-    dead.signal_kill();
+    dead.signal("KILL");
     dead.kill();
     let folder = data.path().join("jobs/roof");
     let claimed = || {

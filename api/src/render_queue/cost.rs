@@ -5,6 +5,8 @@ use skyloom::render::Job;
 
 /// Texels from which a job is large. Below, a software device takes a second or two.
 pub(super) const LARGE: f64 = 4e6;
+/// Texels up to which a job is quick: a tenth of a second or two, on a software device.
+pub(super) const QUICK: f64 = 4e5;
 /// Light in cumulus is followed in three dimensions: so many texels' worth each.
 const CUMULUS: f64 = 8.0;
 

@@ -3,7 +3,7 @@
 use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
-use super::cost::LARGE;
+use super::cost::{LARGE, QUICK};
 use super::order::{Failure, Order};
 use crate::client::Client;
 use crate::fair::{Fair, Waiting};
@@ -22,6 +22,8 @@ pub(super) enum Lane {
     Main,
     /// Small ones, while the main one is at a large one.
     Express,
+    /// Quick ones, while those that take more are at what is not quick.
+    Quick,
 }
 
 /// The line.
@@ -36,8 +38,8 @@ pub(super) struct Line {
 struct State {
     orders: Fair<Order>,
     is_closed: bool,
-    /// Cost of what the main renderer is at.
-    running: Option<f64>,
+    /// Cost of what the main renderer is at, and the one for small jobs.
+    running: [Option<f64>; 2],
     seconds_per_cost: [f64; 2],
     refused: u64,
 }
@@ -45,7 +47,7 @@ struct State {
 impl State {
     /// Seconds until what waits now is done, of small or large jobs.
     fn wait_s(&self, is_large: bool) -> f64 {
-        let running = self.running.filter(|cost| (*cost > LARGE) == is_large).unwrap_or(0.0);
+        let running = self.running[0].filter(|cost| (*cost > LARGE) == is_large).unwrap_or(0.0);
         let cost = running + self.orders.length(is_large).1;
         cost * self.seconds_per_cost[usize::from(is_large)]
     }
@@ -57,7 +59,7 @@ impl Line {
         let state = State {
             orders: Fair::default(),
             is_closed: false,
-            running: None,
+            running: [None; 2],
             seconds_per_cost: SECONDS_PER_COST,
             refused: 0,
         };
@@ -104,16 +106,10 @@ impl Line {
     pub(super) fn take(&self, lane: Lane) -> Option<Waiting<Order>> {
         let mut state = self.lock();
         loop {
-            let next = match lane {
-                Lane::Main => state.orders.pop(|_| true),
-                Lane::Express if state.is_helped() => state.orders.pop(|one| !one.is_large),
-                Lane::Express => None,
-            };
-            if let Some(next) = next {
-                if lane == Lane::Main {
-                    state.running = Some(next.cost);
-                    self.changed.notify_all();
-                }
+            let most = state.takes(lane);
+            if let Some(next) = most.and_then(|most| state.orders.pop(|one| one.cost <= most)) {
+                state.is_at(lane, Some(next.cost));
+                self.changed.notify_all();
                 return Some(next);
             }
             if state.is_closed {
@@ -123,11 +119,11 @@ impl Line {
         }
     }
 
-    /// Waits until a large job runs, behind which small ones would wait; false when the line is closed. A renderer takes seconds
-    /// to make: none that had to be made first would be of help.
-    pub(super) fn needs_help(&self) -> bool {
+    /// Waits until a renderer is of help; false when the line is closed. One takes seconds to make, and none that had to be made first would be of
+    /// help: so that of small jobs is made when a large one runs, and that of quick ones, which few servers need, when the first one waits.
+    pub(super) fn needs_help(&self, lane: Lane) -> bool {
         let mut state = self.lock();
-        while !(state.is_closed || state.is_helped()) {
+        while !(state.is_closed || state.is_helped(lane)) {
             state = self.changed.wait(state).unwrap_or_else(PoisonError::into_inner);
         }
         !state.is_closed
@@ -136,9 +132,7 @@ impl Line {
     /// A job has ended after so long; nothing is learnt from one that was stopped.
     pub(super) fn done(&self, lane: Lane, cost: f64, took: Option<Duration>) {
         let mut state = self.lock();
-        if lane == Lane::Main {
-            state.running = None;
-        }
+        state.is_at(lane, None);
         if let Some(took) = took {
             let known = &mut state.seconds_per_cost[usize::from(cost > LARGE)];
             *known += LATEST * (took.as_secs_f64() / cost.max(1.0) - *known);
@@ -190,7 +184,27 @@ impl Line {
 }
 
 impl State {
-    fn is_helped(&self) -> bool {
-        self.running.is_some_and(|cost| cost > LARGE)
+    /// The largest cost that a renderer takes now; none while others do its work.
+    fn takes(&self, lane: Lane) -> Option<f64> {
+        let [main, express] = self.running.map(|cost| cost.unwrap_or(0.0));
+        match lane {
+            Lane::Main => Some(f64::INFINITY),
+            Lane::Express => (main > LARGE).then_some(LARGE),
+            // Where a large one runs, that of small ones is as free for quick ones until it is at something.
+            Lane::Quick => (main > QUICK && (main <= LARGE || express > QUICK)).then_some(QUICK),
+        }
+    }
+
+    fn is_helped(&self, lane: Lane) -> bool {
+        let waits = |most| lane != Lane::Quick || self.orders.any(|one| one.cost <= most);
+        self.takes(lane).is_some_and(waits)
+    }
+
+    fn is_at(&mut self, lane: Lane, cost: Option<f64>) {
+        match lane {
+            Lane::Main => self.running[0] = cost,
+            Lane::Express => self.running[1] = cost,
+            Lane::Quick => {}
+        }
     }
 }

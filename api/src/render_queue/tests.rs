@@ -321,3 +321,49 @@ async fn renders_that_nobody_waits_for_take_no_place() {
     release.send(()).unwrap();
     assert_eq!(running.await.unwrap().status(), StatusCode::OK);
 }
+
+/// A quick one waits for nobody who asked for more: neither behind a middling one, nor where a large one and a middling one are both under way.
+#[tokio::test(flavor = "multi_thread")]
+async fn a_quick_render_goes_past_middling_ones_and_large_ones() {
+    let ((release, until), (release_next, until_next)) = (mpsc::channel(), mpsc::channel());
+    let service = service(vec![Act::Hold(until), Act::Draw, Act::Hold(until_next)], 8, 30);
+    let sky = service.sky().await;
+    let other = |size: u32, time: u32| service.background_of(2, format!("{sky}/shadow.f32?size={size}&time={time}"));
+    let quick = async |time: u32| service.get(&format!("{sky}/shadow.f32?size=8&time={time}")).await.status();
+    let middling = other(1024, 0);
+    service.wait_for_render();
+    assert_eq!((quick(1).await, *lock(&service.made)), (StatusCode::OK, 2), "by a renderer of its own");
+    service.wait_for_render();
+    // Another middling one waits behind the first, as it would take as long: the renderer of quick ones leaves it.
+    let waiting = other(1024, 2);
+    while service.app.queue.waiting() == 0 {
+        tokio::time::sleep(Duration::from_millis(2)).await;
+    }
+    tokio::time::sleep(Duration::from_millis(50)).await;
+    assert_eq!(service.app.queue.counts().0, [1, 0]);
+    release.send(()).unwrap();
+    assert_eq!(middling.await.unwrap().status(), StatusCode::OK);
+    service.wait_for_render();
+    assert_eq!(quick(3).await, StatusCode::OK);
+    release_next.send(()).unwrap();
+    assert_eq!(waiting.await.unwrap().status(), StatusCode::OK);
+    assert_eq!(*lock(&service.made), 2);
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn a_quick_render_waits_neither_for_a_large_one_nor_for_the_middling_one_beside_it() {
+    let ((release, until), (release_next, until_next)) = (mpsc::channel(), mpsc::channel());
+    let service = service(vec![Act::Hold(until), Act::Hold(until_next)], 8, 30);
+    let sky = service.sky().await;
+    let other = |size: u32, time: u32| service.background_of(2, format!("{sky}/shadow.f32?size={size}&time={time}"));
+    let large = other(4096, 0);
+    service.wait_for_render();
+    let middling = other(1024, 1);
+    service.wait_for_render();
+    let quick = service.get(&format!("{sky}/shadow.f32?size=8&time=2")).await;
+    assert_eq!((quick.status(), *lock(&service.made)), (StatusCode::OK, 3));
+    release.send(()).unwrap();
+    release_next.send(()).unwrap();
+    assert_eq!(large.await.unwrap().status(), StatusCode::OK);
+    assert_eq!(middling.await.unwrap().status(), StatusCode::OK);
+}

@@ -106,17 +106,17 @@ impl Worker {
         }
     }
 
-    /// Takes small jobs while the main thread is at a large one, with a renderer that is made when the first large one runs.
-    pub(super) fn help(&self) {
+    /// Takes what is small, or quick, while others are at what is not, with a renderer that is made when it is first of help.
+    pub(super) fn help(&self, lane: Lane) {
         let mut begin_with = None;
-        while begin_with.is_some() || self.line.needs_help() {
+        while begin_with.is_some() || self.line.needs_help(lane) {
             match self.make() {
-                Ok(mut renderer) => match self.serve(Lane::Express, renderer.as_mut(), begin_with.take()) {
+                Ok(mut renderer) => match self.serve(lane, renderer.as_mut(), begin_with.take()) {
                     Leave::Closed => return,
                     Leave::Lost(order) => begin_with = order,
                 },
                 Err(error) => {
-                    tracing::warn!(%error, "no second renderer: small renders wait behind large ones");
+                    tracing::warn!(%error, "no further renderer: small renders wait behind large ones");
                     if let Some(one) = begin_with.take() {
                         one.item.answer(Err(Failure::NotReady(error.to_string())));
                     }

@@ -59,11 +59,12 @@ void main() {
 }`;
 
 const SHOW = `
-uniform sampler2D scene; uniform vec2 size; uniform float gain, plain; out vec4 color;
+uniform sampler2D scene; uniform vec2 size; uniform float gain, plain, edge; out vec4 color;
 ${GLSL}
 void main() {
   vec3 c = texture(scene, gl_FragCoord.xy / size).rgb;
   color = vec4((plain > .5 ? c : film(c * gain)) + (fall(gl_FragCoord.xy) - .5) / 255., 1.);
+  if (abs(gl_FragCoord.x - edge) < 1.) color = vec4(1.);
 }`;
 
 // A matrix from metres of the domain (in units of its side) to the screen.
@@ -109,7 +110,8 @@ export function ground({ gl, program }) {
     gl.framebufferTexture2D(gl.FRAMEBUFFER, gl.COLOR_ATTACHMENT0, gl.TEXTURE_2D, light, 0);
     gl.framebufferRenderbuffer(gl.FRAMEBUFFER, gl.DEPTH_ATTACHMENT, gl.RENDERBUFFER, depth);
   }
-  return ({ a, b, mixed, gain, most, mode, clouds, albedo, view, width, height }) => {
+  // With `from` it is drawn on the right of that part of the width alone, with a line there.
+  return ({ a, b, mixed, from, gain, most, mode, clouds, albedo, view, width, height }) => {
     const { matrix, right, up, ahead } = look(view, width / height);
     const second = b || a;
     const [floorA, floorB] = mode === 2 ? [a.shadow, second.shadow] : [a.irradiance, second.irradiance];
@@ -142,9 +144,15 @@ export function ground({ gl, program }) {
     gl.bindFramebuffer(gl.FRAMEBUFFER, null);
     gl.disable(gl.DEPTH_TEST);
     gl.disable(gl.BLEND);
-    show({ size: [width, height], gain, plain: mode ? 1 : 0 });
+    const edge = from === undefined ? -9 : Math.round(from * width);
+    if (from !== undefined) {
+      gl.enable(gl.SCISSOR_TEST);
+      gl.scissor(Math.max(0, edge - 1), 0, width, height);
+    }
+    show({ size: [width, height], gain, plain: mode ? 1 : 0, edge });
     gl.activeTexture(gl.TEXTURE0);
     gl.bindTexture(gl.TEXTURE_2D, light);
     gl.drawArrays(gl.TRIANGLES, 0, 3);
+    gl.disable(gl.SCISSOR_TEST);
   };
 }

@@ -37,10 +37,10 @@ async function discOf(sky, state, sun, time, signal) {
   return beam.map((each) => Math.min(60000, each / (Math.PI * sun.radius ** 2)));
 }
 
-async function groundOf(sky, state, size, time, signal) {
+async function groundOf(sky, state, size, time, signal, b) {
   const { scene } = sky;
   const extent = scene.domain.extent_m;
-  const ask = (texture, more = {}) => picture(sky, texture, { size, ...methodsOf(state), ...(time > 0 ? { time: Number(time.toFixed(3)) } : {}), ...more }, signal);
+  const ask = (texture, more = {}) => picture(sky, texture, { size, ...methodsOf(state, b), ...(time > 0 ? { time: Number(time.toFixed(3)) } : {}), ...more }, signal);
   const layers = Promise.all(layersOf(scene).map(async (layer, i) => {
     const [cloud, thickness] = await Promise.all([ask("cloud", { view: "above", layer: i }), ask("thickness", { layer: i })]);
     let most = 0;
@@ -65,7 +65,9 @@ export async function load(sky, state, size, time, signal) {
   return { time, size, sun, ...made };
 }
 
-export const loadOther = (sky, state, size, time, signal) => picture(sky, mainOf(state), queryOf(mainOf(state), state, size, time, true), signal);
+// The same by the other methods.
+export const loadOther = async (sky, state, size, time, signal) => ({ time, ...(state.view === "ground" ? await groundOf(sky, state, size, time, signal, true)
+  : { main: await picture(sky, mainOf(state), queryOf(mainOf(state), state, size, time, true), signal) }) });
 
 // The server's own picture of just what the dome shows, at the screen's resolution.
 export async function loadSharp(sky, state, time, width, height, signal) {

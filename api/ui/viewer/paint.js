@@ -35,6 +35,8 @@ export function show(values) {
   repaint();
 }
 export const frameNow = () => shown.a;
+// Until the pictures of another view have come, those of the one before stay.
+const isOfView = () => shown.a && shown.sky && (state.view !== "ground" || shown.a.layers);
 
 export function repaint() {
   if (asked) return;
@@ -61,7 +63,7 @@ function exposure() {
 }
 
 function paint() {
-  if (!shown.a || !shown.sky) return;
+  if (!isOfView()) return;
   const { a, b, other } = shown;
   const mixed = still.matches ? Math.round(shown.mixed) : shown.mixed;
   const gain = exposure();
@@ -74,16 +76,21 @@ function paint() {
   if (state.view === "dome" && drawDome) {
     const isSharp = shown.sharp && shown.sharpAt === sharpKey() && !b && !compared;
     const sharpness = isSharp ? (still.matches ? 1 : clamp((performance.now() - shown.since) / 300, 0, 1)) : 0;
-    drawDome({ a: a.main, b: b?.main, mixed, sharp: shown.sharp, sharpness, other: compared ? other : null, wipe: state.wipe, sun: a.sun, gain, most: range[1], paint: isPainted, width, height, ...pick("yaw", "pitch", "fov") });
+    drawDome({ a: a.main, b: b?.main, mixed, sharp: shown.sharp, sharpness, other: compared ? other.main : null, wipe: state.wipe, sun: a.sun, gain, most: range[1], paint: isPainted, width, height, ...pick("yaw", "pitch", "fov") });
     if (isSharp && sharpness < 1) repaint();
   } else if (state.view === "ground" && drawGround) {
     const now = b ? a.time + mixed * (b.time - a.time) : a.time;
     a.since = now - a.time;
     if (b) b.since = now - b.time;
-    drawGround({ a, b, mixed, gain, most: range[1], mode: { light: 0, irradiance: 1, shadow: 2 }[state.ground], clouds: state.clouds, albedo: albedoOf(shown.sky.scene), view: pick("turn", "tilt", "away"), width, height });
+    const how = { gain, most: range[1], mode: { light: 0, irradiance: 1, shadow: 2 }[state.ground], clouds: state.clouds, albedo: albedoOf(shown.sky.scene), view: pick("turn", "tilt", "away"), width, height };
+    drawGround({ a, b, mixed, ...how });
+    if (compared && other.layers) {
+      other.since = now - other.time;
+      drawGround({ a: other, b: null, mixed: 0, from: state.wipe, ...how });
+    }
   } else if (state.view === "maps") {
     const at = document.activeElement === canvas && canvas.matches(":focus-visible") ? cross : null;
-    drawMap(canvas, { a: a.main, b: b?.main, mixed, other: compared ? other : null, wipe: state.wipe, look: pick("zoom", "mapX", "mapY"), how: { gain, paint: isPainted, range }, tiles: state.tiles, cross: at });
+    drawMap(canvas, { a: a.main, b: b?.main, mixed, other: compared ? other.main : null, wipe: state.wipe, look: pick("zoom", "mapX", "mapY"), how: { gain, paint: isPainted, range }, tiles: state.tiles, cross: at });
   }
   const unit = unitOf(texture, isPhysical(shown.sky.scene));
   $("legend").hidden = !isPainted;
@@ -144,7 +151,7 @@ export function moveCross(dx, dy) {
 }
 
 function probe() {
-  if (!shown.a || !shown.sky) return;
+  if (!isOfView()) return;
   const [x, y] = pointed || [0.5, 0.5];
   const { main } = shown.a;
   const canvas = canvasNow();
