@@ -249,13 +249,13 @@ fn constants_of_cumulus() {
         ("LATTICE_PATH_LOG", dressed::PATH_BASE.ln()),
         ("LATTICE_MOST", cloud_lattice::MOST),
     ];
-    let [plane, sky] = cloud_lattice::MOST_STEPS.map(|most| ("LATTICE_MOST_STEPS", most));
+    let steps = ("RAY_MOST_STEPS", cloud_lattice::RAY_MOST_STEPS);
     for shader in [&shaders::LATTICE_TABULATED, &shaders::LATTICE_TABULATED_COLUMNS] {
-        assert_constants(shader, &[&layers[..], &[plane]].concat());
+        assert_constants(shader, &[&layers[..], &[steps]].concat());
     }
     let far = ("LATTICE_FAR_LEVEL", cloud_lattice::FAR_LEVEL);
     for shader in [&shaders::SKY_LATTICE_TABULATED, &shaders::SKY_LATTICE_TABULATED_COLUMNS] {
-        assert_constants(shader, &[&layers[..], &[sky, far]].concat());
+        assert_constants(shader, &[&layers[..], &[far]].concat());
     }
     for shader in [&shaders::CUMULUS_PLANE_OCTAVES, &shaders::CUMULUS_SKY_OCTAVES] {
         assert_constants(shader, &[&steps[..], &pieces, &sun_rays, &octaves].concat());

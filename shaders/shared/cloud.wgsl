@@ -17,6 +17,7 @@ struct ViewRay {
     from_m: f32,        // height of base_uv above the base plane
     rise_m: f32,        // by how much it climbs within the layer
     level: f32,         // of the map, at which it is looked at
+    steps: f32,         // samples for each texel of the level that it crosses
 }
 
 // What lies before a layer in a texel.
@@ -103,5 +104,5 @@ fn added_sunlight(ray: ViewRay, above: f32, left: Left) -> vec3<f32> {
 // The same ray of a slab of another optical depth.
 fn deeper(ray: ViewRay, depth: f32) -> ViewRay {
     let path_m = depth / (frame.medium.extinction_550 * ray.cosine);
-    return ViewRay(ray.seen, ray.hit_uv, ray.base_uv, ray.cosine, path_m, depth, ray.from_above, ray.from_m, ray.rise_m, ray.level);
+    return ViewRay(ray.seen, ray.hit_uv, ray.base_uv, ray.cosine, path_m, depth, ray.from_above, ray.from_m, ray.rise_m, ray.level, ray.steps);
 }

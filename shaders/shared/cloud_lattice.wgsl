@@ -93,12 +93,10 @@ fn sun_reaches(ray: ViewRay, share: vec4<f32>) -> vec3<f32> {
     let ratio = frame.medium.extinction / extinction;
     let rise_m = ray.rise_m;
     let straight = vec2<f32>(up.x, -up.y) * (rise_m / (ray.cosine * frame.place.extent_m));
-    let crossed = ray_crosses(ray, straight);
-    let way = straight / ray_shortened(crossed);
+    let way = ray_way(ray, straight);
     let start = ray.base_uv + frame.place.offset_uv;
     let per_metre = extinction / ray.cosine;
-    let count = u32(clamp(ceil(crossed), 1.0, LATTICE_MOST_STEPS));
-    let step_m = rise_m / f32(count);
+    let lines = ray_lines(ray, start, straight);
 
     let sun_way = vec2<f32>(sun.x, -sun.y) / (frame.sun.slant_cosine * frame.place.extent_m);
     let angle = 2.0 * atan2(length(towards - sun), length(towards + sun));
@@ -123,9 +121,11 @@ fn sun_reaches(ray: ViewRay, share: vec4<f32>) -> vec3<f32> {
     var before = 0.0;
     var step = 0u;
     loop {
-        let low = select(step, count - 1u - step, ray.from_above);
-        let far = ray_map(ray, start + way * (f32(select(low + 1u, low, ray.from_above)) / f32(count)));
-        let low_m = ray.from_m + f32(low) * step_m;
+        let upper = select(step, lines.count - 1u - step, ray.from_above);
+        let parts = vec2<f32>(select(path_part(lines, upper - 1u), 0.0, upper == 0u), path_part(lines, upper));
+        let far = ray_map(ray, start + way * select(parts.y, parts.x, ray.from_above));
+        let step_m = rise_m * (parts.y - parts.x);
+        let low_m = ray.from_m + rise_m * parts.x;
         let piece = lattice_piece(select(near, far, ray.from_above), select(far, near, ray.from_above),
             vec2<f32>(low_m, low_m + step_m));
         near = far;
@@ -138,7 +138,7 @@ fn sun_reaches(ray: ViewRay, share: vec4<f32>) -> vec3<f32> {
         step++;
         // Left at its end: software devices run through the body once more where a loop is left at its head.
         continuing {
-            break if step >= count || before >= ats.w;
+            break if step >= lines.count || before >= ats.w;
         }
     }
     var found = vec3<f32>(0.0);

@@ -6,8 +6,8 @@ alias CloudView = View;
 @group(0) @binding(3) var bounds: texture_2d<f32>;
 
 const PATH_SEEN: bool = true;
-// Steps of a ray to a lattice's light, at most.
-const LATTICE_MOST_STEPS: f32 = 256.0;
+// Steps of a ray to the light of a lattice, at most.
+const RAY_MOST_STEPS: f32 = 256.0;
 // The method's own bindings begin here.
 const METHOD_BINDING: u32 = 14u;
 
@@ -31,7 +31,7 @@ fn view_ray(ray: Ray) -> ViewRay {
     let base_uv = domain_uv(position.xy + up.xy / cosine * (frame.place.base_m - view.plane_m), frame.place.extent_m);
     let path = path_seen(thickness, bounds, repeat, frame, base_uv, up, from_above);
     let depth = frame.medium.extinction_550 * path.length_m * cosine;
-    return ViewRay(seen, path.hit_uv, base_uv, cosine, path.length_m, depth, from_above, 0.0, frame.place.depth_m, 0.0);
+    return ViewRay(seen, path.hit_uv, base_uv, cosine, path.length_m, depth, from_above, 0.0, frame.place.depth_m, 0.0, 1.0);
 }
 
 // Of the layer's map what a ray meets at a place, offset by the wind.
@@ -39,15 +39,21 @@ fn ray_map(ray: ViewRay, uv: vec2<f32>) -> vec4<f32> {
     return sample_periodic(thickness, repeat, uv, 0u);
 }
 
-// Texels of that which a way over the map crosses.
-fn ray_crosses(ray: ViewRay, way_uv: vec2<f32>) -> f32 {
-    let texels = textureDimensions(thickness);
-    return length(way_uv) * f32(max(texels.x, texels.y));
+// The way over the map of a ray that goes straight on by way_uv: close to the horizon a shorter one stands for it, as in path_seen.
+fn ray_way(ray: ViewRay, way_uv: vec2<f32>) -> vec2<f32> {
+    return way_uv / max(ray_crosses(way_uv) / RAY_MOST_STEPS, 1.0);
 }
 
-// How much shorter a way stands for one that crosses so many texels: as of path_seen.
-fn ray_shortened(crossed: f32) -> f32 {
-    return max(crossed / LATTICE_MOST_STEPS, 1.0);
+// Steps of a texel.
+fn ray_lines(ray: ViewRay, start: vec2<f32>, way_uv: vec2<f32>) -> PathLines {
+    let count = clamp(ceil(ray_crosses(way_uv)), 1.0, RAY_MOST_STEPS);
+    return PathLines(1.0 / count, 1.0 / count, u32(count));
+}
+
+// Texels of the map that a way crosses.
+fn ray_crosses(way_uv: vec2<f32>) -> f32 {
+    let texels = textureDimensions(thickness);
+    return length(way_uv) * f32(max(texels.x, texels.y));
 }
 
 // Whether few places along a ray are enough.

@@ -16,8 +16,6 @@ const METHOD_BINDING: u32 = 16u;
 // Samples along a ray through the layer, at most.
 const PATH_MOST_STEPS: f32 = 1024.0;
 
-// Steps of a ray to a lattice's light, at most: they tell no more than where to look.
-const LATTICE_MOST_STEPS: f32 = 24.0;
 // Level of the map from which on few places along a ray are enough.
 const LATTICE_FAR_LEVEL: f32 = 0.5;
 
@@ -75,7 +73,7 @@ fn sky_ray(direction: vec3<f32>, crossing: Crossing, level: f32, steps: f32) -> 
     let hit_uv = start_uv + vec2<f32>(up.x, -up.y) * (climbed_m / frame.place.extent_m);
     let depth = frame.medium.extinction_550 * path.length_m * cosine;
     let seen = select(-up, up, from_above);
-    return ViewRay(seen, hit_uv, start_uv, cosine, path.length_m, depth, from_above, from_m, rise_m, level);
+    return ViewRay(seen, hit_uv, start_uv, cosine, path.length_m, depth, from_above, from_m, rise_m, level, steps);
 }
 
 // Of the layer's map what a ray meets at a place, offset by the wind.
@@ -83,15 +81,14 @@ fn ray_map(ray: ViewRay, uv: vec2<f32>) -> vec4<f32> {
     return sample_level(levels, trilinear, uv, ray.level);
 }
 
-// Texels of that which a way over the map crosses.
-fn ray_crosses(ray: ViewRay, way_uv: vec2<f32>) -> f32 {
-    let texels = textureDimensions(levels);
-    return length(way_uv) * f32(max(texels.x, texels.y)) * exp2(-ray.level);
+// The way over the map of a ray that goes straight on by way_uv.
+fn ray_way(ray: ViewRay, way_uv: vec2<f32>) -> vec2<f32> {
+    return way_uv;
 }
 
-// A ray goes all of its way.
-fn ray_shortened(crossed: f32) -> f32 {
-    return 1.0;
+// Steps from line to line, as of path_sampled.
+fn ray_lines(ray: ViewRay, start: vec2<f32>, way_uv: vec2<f32>) -> PathLines {
+    return path_lines(levels, ray.level, start, way_uv, ray.steps);
 }
 
 // Whether few places along a ray are enough.

@@ -86,8 +86,8 @@ pub struct ViewRay {
     pub from_m: f64,
     /// By how much it climbs within the layer, metres.
     pub rise_m: f64,
-    /// Of the map, at which it is looked at; `None` where that is the map itself.
-    pub level: Option<f64>,
+    /// Level of the map at which it is looked at, and samples for each texel of that; `None` where that is the map itself.
+    pub looked: Option<[f64; 2]>,
 }
 
 /// What lies before a layer, or what it is itself.

@@ -5,6 +5,7 @@ use super::columns::{column_piece, is_ragged};
 use super::cumulus::dressed_at;
 use super::frame::{vec2, vec3};
 use super::map::Map;
+use super::path_sampled::path_lines;
 use crate::cumulus::dressed;
 use crate::gpu::layout::{Frame, LatticeLight};
 use crate::light::LatticeMaps;
@@ -15,8 +16,8 @@ use half::f16;
 pub const SAMPLES: u32 = 4;
 /// And from [`FAR_LEVEL`] on.
 pub const FEW: u32 = 2;
-/// Steps of a ray of a plane and of one of a sky, at most.
-pub const MOST_STEPS: [f64; 2] = [256.0, 24.0];
+/// Steps of a plane's ray at most.
+pub const RAY_MOST_STEPS: f64 = 256.0;
 /// Level of the map from which on few places along a ray are enough.
 pub const FAR_LEVEL: f64 = 0.5;
 /// No mean radiance: the least of a half float.
@@ -81,7 +82,6 @@ fn around([nx, ny, nz]: [usize; 3], uv: DVec2, height: f64) -> [(usize, f64); 8]
 }
 
 /// A straight way over the map, for a ray that climbs through the layer.
-#[derive(Clone, Copy)]
 struct Way<'a> {
     levels: &'a [Map],
     level: Option<f64>,
@@ -89,29 +89,30 @@ struct Way<'a> {
     way_uv: DVec2,
     from_m: f64,
     rise_m: f64,
-    /// Steps.
-    count: f64,
+    /// Parts of the way from the viewer on: where steps begin, and the end.
+    parts: Vec<f64>,
 }
 
 impl<'a> Way<'a> {
     fn new(frame: &Frame, levels: &'a [Map], ray: &ViewRay) -> Self {
-        let (from_m, rise_m, level) = (ray.from_m, ray.rise_m, ray.level);
+        let (from_m, rise_m) = (ray.from_m, ray.rise_m);
         let up = if ray.from_above { ray.seen } else { -ray.seen };
         let straight = dvec2(up.x, -up.y) * (rise_m / (ray.cosine * f64::from(frame.place.extent_m)));
-        let crossed = straight.length() * levels[0].width.max(levels[0].height) as f64 * (-level.unwrap_or(0.0)).exp2();
-        // Of a plane's rays a shorter way stands for the whole way close to the horizon.
-        let [most, most_of_sky] = MOST_STEPS;
-        let (shorter, most) =
-            if level.is_some() { (1.0, most_of_sky) } else { ((crossed / most).max(1.0), most) };
-        Self {
-            levels,
-            level,
-            start_uv: ray.base_uv + vec2(frame.place.offset_uv),
-            way_uv: straight / shorter,
-            from_m,
-            rise_m,
-            count: crossed.ceil().clamp(1.0, most),
+        let start_uv = ray.base_uv + vec2(frame.place.offset_uv);
+        let (level, way_uv, mut parts) = if let Some([level, steps]) = ray.looked {
+            (Some(level), straight, path_lines(&levels[0], level, start_uv, straight, steps).collect::<Vec<_>>())
+        } else {
+            let crossed = straight.length() * levels[0].width.max(levels[0].height) as f64;
+            let count = crossed.ceil().clamp(1.0, RAY_MOST_STEPS);
+            // Of a plane's rays a shorter way stands for the whole way close to the horizon.
+            let way_uv = straight / (crossed / RAY_MOST_STEPS).max(1.0);
+            (None, way_uv, (1..=count as u32).map(|step| f64::from(step) / count).collect())
+        };
+        parts.insert(0, 0.0);
+        if ray.from_above {
+            parts.reverse();
         }
+        Self { levels, level, start_uv, way_uv, from_m, rise_m, parts }
     }
 
     fn uv(&self, part: f64) -> DVec2 {
@@ -142,17 +143,15 @@ struct Step {
 
 /// Places of a ray at even shares of the light that it scatters, from the viewer on.
 fn samples(frame: &Frame, kept: f64, ray: &ViewRay, way: &Way<'_>) -> Vec<Sample> {
-    let count = way.count;
     let extinction = f64::from(frame.medium.extinction_550);
     let whole = -(-kept * extinction * ray.path_m).exp_m1();
-    let part = |step: f64| if ray.from_above { 1.0 - step / count } else { step / count };
-    let (mut last, mut near, mut step) = (Step::default(), way.map(part(0.0)), 0.0);
+    let (mut last, mut near, mut steps) = (Step::default(), way.map(way.parts[0]), way.parts.windows(2));
     let samples = if way.level.is_some_and(|level| level > FAR_LEVEL) { FEW } else { SAMPLES };
     let sample = |i: u32| {
         let passes = 1.0 - (f64::from(i) + 0.5) / f64::from(samples) * whole;
         let before = -passes.ln() / kept;
-        while step < count && last.before + last.depth < before {
-            let [from, to] = [part(step), part(step + 1.0)];
+        while last.before + last.depth < before {
+            let Some(&[from, to]) = steps.next() else { break };
             let far = way.map(to);
             let (low, high) = if ray.from_above { (far, near) } else { (near, far) };
             let heights_m = [from.min(to), from.max(to)].map(|part| way.height_m(part));
@@ -161,7 +160,7 @@ fn samples(frame: &Frame, kept: f64, ray: &ViewRay, way: &Way<'_>) -> Vec<Sample
             } else {
                 inside(low[0] - heights_m[0], high[0] - heights_m[1]).map(|ends| (ends, 1.0))
             };
-            (near, step) = (far, step + 1.0);
+            near = far;
             if let Some((ends, density)) = inside {
                 let [low_m, high_m] = ends.map(|end| heights_m[0] + end * (heights_m[1] - heights_m[0]));
                 let ends_m = if ray.from_above { [high_m, low_m] } else { [low_m, high_m] };
@@ -205,7 +204,7 @@ pub fn sees_cubes(frame: &Frame, cell_m: f64, map: &Map, level: f64) -> f64 {
 
 /// What of a slab's sunlight reaches a ray: by cubes, and by `share` where they are too small to be seen.
 pub fn reaches(frame: &Frame, seen: &LatticeSeen<'_>, levels: &[Map], ray: &ViewRay, share: DVec3) -> DVec3 {
-    let cubes = ray.level.map_or(1.0, |level| sees_cubes(frame, seen.light.cell_m.into(), &levels[0], level));
+    let cubes = ray.looked.map_or(1.0, |[level, _]| sees_cubes(frame, seen.light.cell_m.into(), &levels[0], level));
     if cubes <= 0.0 {
         return share;
     }

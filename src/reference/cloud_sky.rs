@@ -74,8 +74,8 @@ pub fn sky_ray(
     let hit_uv = start_uv + dvec2(up.x, -up.y) * (climbed_m / extent_m);
     let depth = f64::from(frame.medium.extinction_550) * path.length_m * cosine;
     let seen = if from_above { up } else { -up };
-    let (path_m, level) = (path.length_m, Some(level));
-    ViewRay { seen, hit_uv, base_uv: start_uv, cosine, path_m, depth, from_above, from_m, rise_m, level }
+    let (path_m, looked) = (path.length_m, Some([level, steps]));
+    ViewRay { seen, hit_uv, base_uv: start_uv, cosine, path_m, depth, from_above, from_m, rise_m, looked }
 }
 
 /// The layer behind what is `before` it in the texel at `middle`, counted in texels. `levels`: its thickness; `air`: before it.

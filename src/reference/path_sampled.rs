@@ -33,6 +33,19 @@ pub struct Stretch {
     pub rise_m: f64,
 }
 
+/// Parts of the way from `start` by `way_uv` up to each sample, of which there are so many for each texel of the level.
+pub(super) fn path_lines(
+    map: &Map,
+    level: f64,
+    start: DVec2,
+    way_uv: DVec2,
+    steps: f64,
+) -> impl Iterator<Item = f64> + use<> {
+    let per_texel = steps * (-level).exp2();
+    let per_uv = dvec2(map.width as f64, map.height as f64) * per_texel;
+    parts(start * per_uv - 0.5 * per_texel, way_uv * per_uv)
+}
+
 /// Cloud along a stretch, on a level of the map (`levels`, metres). `steps`: samples for each texel of the level that it
 /// crosses.
 pub fn path_sampled(levels: &[Map], level: f64, frame: &Frame, stretch: &Stretch, steps: f64) -> SampledPath {
@@ -40,8 +53,7 @@ pub fn path_sampled(levels: &[Map], level: f64, frame: &Frame, stretch: &Stretch
     let cosine = up.z.max(MIN_COSINE);
     let start = start_uv + vec2(frame.place.offset_uv);
     let way_uv = dvec2(up.x, -up.y) * (rise_m / (cosine * f64::from(frame.place.extent_m)));
-    let per_uv = dvec2(levels[0].width as f64, levels[0].height as f64) * (steps * (-level).exp2());
-    let parts = parts(start * per_uv - 0.5 * steps * (-level).exp2(), way_uv * per_uv);
+    let parts = path_lines(&levels[0], level, start, way_uv, steps);
     // Optical depth per metre of height.
     let per_metre = f64::from(frame.medium.extinction_550) / cosine;
     if is_ragged(frame) {
