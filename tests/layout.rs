@@ -249,9 +249,9 @@ fn constants_of_cumulus() {
         ("LATTICE_PATH_LOG", dressed::PATH_BASE.ln()),
         ("LATTICE_MOST", cloud_lattice::MOST),
     ];
-    let steps = ("RAY_MOST_STEPS", cloud_lattice::RAY_MOST_STEPS);
+    let most = ("RAY_MOST_STEPS", cloud_lattice::RAY_MOST_STEPS);
     for shader in [&shaders::LATTICE_TABULATED, &shaders::LATTICE_TABULATED_COLUMNS] {
-        assert_constants(shader, &[&layers[..], &[steps]].concat());
+        assert_constants(shader, &[&layers[..], &[most]].concat());
     }
     let far = ("LATTICE_FAR_LEVEL", cloud_lattice::FAR_LEVEL);
     for shader in [&shaders::SKY_LATTICE_TABULATED, &shaders::SKY_LATTICE_TABULATED_COLUMNS] {

@@ -61,11 +61,6 @@ fn ray_is_far(ray: ViewRay) -> bool {
     return false;
 }
 
-// How much the light of cubes of the lattice counts, and not its means over them.
-fn ray_sees_cubes(ray: ViewRay, cell_m: f32) -> f32 {
-    return 1.0;
-}
-
 // Texels of the map that one of the picture is as wide as.
 fn view_across() -> f32 {
     let map = textureDimensions(thickness);

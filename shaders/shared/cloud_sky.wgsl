@@ -96,14 +96,6 @@ fn ray_is_far(ray: ViewRay) -> bool {
     return ray.level > LATTICE_FAR_LEVEL;
 }
 
-// How much the light of cubes of the lattice counts, and not its means over them: less from where a texel is as wide as a cube,
-// none where it is as wide as four.
-fn ray_sees_cubes(ray: ViewRay, cell_m: f32) -> f32 {
-    let texels = textureDimensions(levels);
-    let cube = max(log2(cell_m * f32(max(texels.x, texels.y)) / frame.place.extent_m), 0.0);
-    return clamp(1.0 - 0.5 * (ray.level - cube), 0.0, 1.0);
-}
-
 // The host lists the tiles of the picture that may show the layer: software devices run through all that a branch skips.
 fn cloud_texel(invocation: vec2<u32>) {
     let pixel = sky_pixel(tiles[invocation.x / SKY_TILE], vec2<u32>(invocation.x % SKY_TILE, invocation.y));

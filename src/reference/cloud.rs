@@ -31,8 +31,8 @@ pub struct Maps<'a> {
     pub reaches: Option<Reaches<'a>>,
 }
 
-/// What of a slab's sunlight reaches a ray, if its share is so much: [`super::cloud_lattice::reaches`].
-pub type Reaches<'a> = &'a (dyn Fn(&ViewRay, DVec3) -> DVec3 + Sync);
+/// What of a slab's sunlight reaches a ray: [`super::cloud_lattice::reaches`].
+pub type Reaches<'a> = &'a (dyn Fn(&ViewRay) -> DVec3 + Sync);
 
 /// What a method gives for a ray: the sun's light, per irradiance facing it.
 pub type Sunlight<'a> = Box<dyn Fn(&ViewRay) -> DVec3 + Sync + 'a>;
@@ -149,7 +149,7 @@ pub fn shade_ray(
         let share = at(maps.sun_share);
         let (passing, path) = if ray.from_above { (other_left, before.held.z) } else { (left_clear, 0.0) };
         let added = added_sunlight(frame, sunlight, ray, (share.w, path));
-        let reaches = maps.reaches.map_or(share.truncate(), |reaches| reaches(ray, share.truncate()));
+        let reaches = maps.reaches.map_or(share.truncate(), |reaches| reaches(ray));
         light += passing * (vec3(frame.sun.irradiance) * reaches * added);
     }
     let transport = f64::from(frame.medium.transport_550);

@@ -192,27 +192,15 @@ pub fn sunlight<'a>(
     levels: &'a [Map],
     of_slab: impl Fn(&ViewRay) -> DVec3 + Sync + 'a,
 ) -> Sunlight<'a> {
-    Box::new(move |ray| of_slab(ray) * reaches(frame, &seen, levels, ray, DVec3::ONE))
+    Box::new(
+        move |ray| if ray.path_m > 0.0 { relative(frame, &seen, levels, ray) * of_slab(ray) } else { of_slab(ray) },
+    )
 }
 
-/// How much the light of cubes counts, and not its means over them: less from where a texel is as wide as a cube, none where it is as wide
-/// as four.
-pub fn sees_cubes(frame: &Frame, cell_m: f64, map: &Map, level: f64) -> f64 {
-    let cube = (cell_m * map.width.max(map.height) as f64 / f64::from(frame.place.extent_m)).log2().max(0.0);
-    (1.0 - 0.5 * (level - cube)).clamp(0.0, 1.0)
-}
-
-/// What of a slab's sunlight reaches a ray: by cubes, and by `share` where they are too small to be seen.
-pub fn reaches(frame: &Frame, seen: &LatticeSeen<'_>, levels: &[Map], ray: &ViewRay, share: DVec3) -> DVec3 {
-    let cubes = ray.looked.map_or(1.0, |[level, _]| sees_cubes(frame, seen.light.cell_m.into(), &levels[0], level));
-    if cubes <= 0.0 {
-        return share;
-    }
+/// What of a slab's sunlight reaches a ray.
+pub fn reaches(frame: &Frame, seen: &LatticeSeen<'_>, levels: &[Map], ray: &ViewRay) -> DVec3 {
     let lit = if ray.from_above { DVec3::ONE } else { vec3(seen.light.in_air) };
-    if ray.path_m <= 0.0 {
-        return lit;
-    }
-    share.lerp(lit * relative(frame, seen, levels, ray), cubes)
+    if ray.path_m > 0.0 { lit * relative(frame, seen, levels, ray) } else { lit }
 }
 
 /// Light of the sun along a ray over that of a slab as deep as the ray.
@@ -245,9 +233,8 @@ fn relative(frame: &Frame, seen: &LatticeSeen<'_>, levels: &[Map], ray: &ViewRay
         let share = depth * albedo * kept * ratio * (-kept * ratio * before).exp();
         let cubes = around(seen.size, uv, height_m / cell_m + 1.0);
         let around_it = |first: usize| {
-            let of = |(cube, weight): (usize, f64)| {
-                weight * DVec4::from_array(seen.within[first + cube].map(f16::to_f64))
-            };
+            let of =
+                |(cube, weight): (usize, f64)| weight * DVec4::from_array(seen.within[first + cube].map(f16::to_f64));
             cubes.into_iter().map(of).sum::<DVec4>().to_array()
         };
         let ([green, x, y, z], [red, blue, ..]) = (around_it(0), around_it(count));
