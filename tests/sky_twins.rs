@@ -16,7 +16,7 @@ mod sky;
 mod twin;
 
 use compare::Tolerance;
-use glam::{DVec2, dvec2};
+use glam::{DVec2, DVec3, dvec2};
 use serde_json::json;
 use sky::{Sky, WAVES_SIZES, pattern, water, waves_of};
 use skyloom::axes::Axes;
@@ -155,8 +155,9 @@ fn check_clouds(stages: &Stages, sky: &SkyStages, given: &Given, dressed: &[Vec<
     let shares = stages.shares.each_ref().map(map);
     let lattice = stages.lattice.as_ref().map(|maps| LatticeSeen::new(maps, dressed.each_ref().map(Vec::as_slice)));
     let twin = |given: &Given| {
-        let of_lattice =
-            lattice.map(|seen| move |ray: &ViewRay| cloud_lattice::reaches(&given.frame, &seen, &given.levels, ray));
+        let of_lattice = lattice.map(|seen| {
+            move |ray: &ViewRay, share: DVec3| cloud_lattice::reaches(&given.frame, &seen, &given.levels, ray, share)
+        });
         let mut clouds = vec![Shaded::default(); sky.clouds.texels.len() / 4];
         for (view, air) in sky.clouds.passes.iter().zip(&sky.clouds.air) {
             let air = map(air);
@@ -260,7 +261,7 @@ fn skies_of_every_sun_and_method() {
     }
 }
 
-/// From near and from far, in every number of places along a ray.
+/// Of near clouds and those from above the light of cubes, of far ones from below their means over them.
 #[test]
 fn skies_by_the_lattice() {
     let lattice = [("transport", "lattice")];

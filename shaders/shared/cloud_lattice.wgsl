@@ -79,6 +79,10 @@ fn lattice_slab(height: f32, node: f32, along: vec2<f32>) -> vec3<f32> {
 
 fn sun_reaches(ray: ViewRay, share: vec4<f32>) -> vec3<f32> {
     let lit = select(lattice.in_air, vec3<f32>(1.0), ray.from_above);
+    let cubes = ray_sees_cubes(ray, lattice.cell_m);
+    if cubes <= 0.0 {
+        return share.rgb;
+    }
     if ray.path_m <= 0.0 {
         return lit;
     }
@@ -159,5 +163,6 @@ fn sun_reaches(ray: ViewRay, share: vec4<f32>) -> vec3<f32> {
             + share * lattice_slab(slab_m / (lattice.density * lattice.cell_m) + 1.0, node, vec2<f32>(facing, towards.z));
     }
     let least = vec3<f32>(1e-12);
-    return lit * select(vec3<f32>(1.0), min(found / max(slab, least), vec3<f32>(LATTICE_MOST)), slab > least);
+    let reaches = lit * select(vec3<f32>(1.0), min(found / max(slab, least), vec3<f32>(LATTICE_MOST)), slab > least);
+    return mix(share.rgb, reaches, cubes);
 }

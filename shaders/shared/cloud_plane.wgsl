@@ -56,6 +56,11 @@ fn ray_crosses(way_uv: vec2<f32>) -> f32 {
     return length(way_uv) * f32(max(texels.x, texels.y));
 }
 
+// How much the light of cubes of the lattice counts, and not its means over them.
+fn ray_sees_cubes(ray: ViewRay, cell_m: f32) -> f32 {
+    return 1.0;
+}
+
 // Whether few places along a ray are enough.
 fn ray_is_far(ray: ViewRay) -> bool {
     return false;

@@ -91,9 +91,17 @@ fn ray_lines(ray: ViewRay, start: vec2<f32>, way_uv: vec2<f32>) -> PathLines {
     return path_lines(levels, ray.level, start, way_uv, ray.steps);
 }
 
-// Whether few places along a ray are enough.
+// How much the light of cubes of the lattice counts, and not its means over them: from below less from where a texel is as wide as a cube, none
+// where it is as wide as four. Cubes and coarse levels of the map do not know each other's gaps. From above means are worse.
+fn ray_sees_cubes(ray: ViewRay, cell_m: f32) -> f32 {
+    let texels = textureDimensions(levels);
+    let cube = max(log2(cell_m * f32(max(texels.x, texels.y)) / frame.place.extent_m), 0.0);
+    return select(clamp(1.0 - 0.5 * (ray.level - cube), 0.0, 1.0), 1.0, ray.from_above);
+}
+
+// Whether few places along a ray are enough: of one of several of a texel, and of one that sees no more than a texel of the map.
 fn ray_is_far(ray: ViewRay) -> bool {
-    return ray.level > LATTICE_FAR_LEVEL;
+    return ray.level > LATTICE_FAR_LEVEL || ray.steps < view.steps;
 }
 
 // The host lists the tiles of the picture that may show the layer: software devices run through all that a branch skips.

@@ -31,8 +31,8 @@ pub struct Maps<'a> {
     pub reaches: Option<Reaches<'a>>,
 }
 
-/// What of a slab's sunlight reaches a ray: [`super::cloud_lattice::reaches`].
-pub type Reaches<'a> = &'a (dyn Fn(&ViewRay) -> DVec3 + Sync);
+/// What of a slab's sunlight reaches a ray, if its share is so much: [`super::cloud_lattice::reaches`].
+pub type Reaches<'a> = &'a (dyn Fn(&ViewRay, DVec3) -> DVec3 + Sync);
 
 /// What a method gives for a ray: the sun's light, per irradiance facing it.
 pub type Sunlight<'a> = Box<dyn Fn(&ViewRay) -> DVec3 + Sync + 'a>;
@@ -86,8 +86,19 @@ pub struct ViewRay {
     pub from_m: f64,
     /// By how much it climbs within the layer, metres.
     pub rise_m: f64,
-    /// Level of the map at which it is looked at, and samples for each texel of that; `None` where that is the map itself.
-    pub looked: Option<[f64; 2]>,
+    /// How a sky looks at it; `None` where a plane does.
+    pub looked: Option<Looked>,
+}
+
+/// How a sky looks at a ray.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Looked {
+    /// Level of the map.
+    pub level: f64,
+    /// Samples for each texel of that.
+    pub steps: f64,
+    /// Whether it is one of several of a texel.
+    pub one_of_several: bool,
 }
 
 /// What lies before a layer, or what it is itself.
@@ -149,7 +160,7 @@ pub fn shade_ray(
         let share = at(maps.sun_share);
         let (passing, path) = if ray.from_above { (other_left, before.held.z) } else { (left_clear, 0.0) };
         let added = added_sunlight(frame, sunlight, ray, (share.w, path));
-        let reaches = maps.reaches.map_or(share.truncate(), |reaches| reaches(ray));
+        let reaches = maps.reaches.map_or(share.truncate(), |reaches| reaches(ray, share.truncate()));
         light += passing * (vec3(frame.sun.irradiance) * reaches * added);
     }
     let transport = f64::from(frame.medium.transport_550);

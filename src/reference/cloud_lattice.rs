@@ -1,6 +1,6 @@
 //! Sunlight along a view ray through a layer by its lattice, relative to that of a slab. Twin of `shaders/shared/cloud_lattice.wgsl`.
 
-use super::cloud::{Sunlight, ViewRay};
+use super::cloud::{Looked, Sunlight, ViewRay};
 use super::columns::{column_piece, is_ragged};
 use super::cumulus::dressed_at;
 use super::frame::{vec2, vec3};
@@ -84,7 +84,7 @@ fn around([nx, ny, nz]: [usize; 3], uv: DVec2, height: f64) -> [(usize, f64); 8]
 /// A straight way over the map, for a ray that climbs through the layer.
 struct Way<'a> {
     levels: &'a [Map],
-    level: Option<f64>,
+    looked: Option<Looked>,
     start_uv: DVec2,
     way_uv: DVec2,
     from_m: f64,
@@ -99,20 +99,20 @@ impl<'a> Way<'a> {
         let up = if ray.from_above { ray.seen } else { -ray.seen };
         let straight = dvec2(up.x, -up.y) * (rise_m / (ray.cosine * f64::from(frame.place.extent_m)));
         let start_uv = ray.base_uv + vec2(frame.place.offset_uv);
-        let (level, way_uv, mut parts) = if let Some([level, steps]) = ray.looked {
-            (Some(level), straight, path_lines(&levels[0], level, start_uv, straight, steps).collect::<Vec<_>>())
+        let (way_uv, mut parts) = if let Some(Looked { level, steps, .. }) = ray.looked {
+            (straight, path_lines(&levels[0], level, start_uv, straight, steps).collect::<Vec<_>>())
         } else {
             let crossed = straight.length() * levels[0].width.max(levels[0].height) as f64;
             let count = crossed.ceil().clamp(1.0, RAY_MOST_STEPS);
             // Of a plane's rays a shorter way stands for the whole way close to the horizon.
             let way_uv = straight / (crossed / RAY_MOST_STEPS).max(1.0);
-            (None, way_uv, (1..=count as u32).map(|step| f64::from(step) / count).collect())
+            (way_uv, (1..=count as u32).map(|step| f64::from(step) / count).collect())
         };
         parts.insert(0, 0.0);
         if ray.from_above {
             parts.reverse();
         }
-        Self { levels, level, start_uv, way_uv, from_m, rise_m, parts }
+        Self { levels, looked: ray.looked, start_uv, way_uv, from_m, rise_m, parts }
     }
 
     fn uv(&self, part: f64) -> DVec2 {
@@ -129,7 +129,10 @@ impl<'a> Way<'a> {
 
     fn map(&self, part: f64) -> [f64; 4] {
         let uv = self.uv(part).to_array();
-        self.level.map_or_else(|| self.levels[0].sample_periodic(uv), |level| Map::sample_level(self.levels, uv, level))
+        match self.looked {
+            Some(Looked { level, .. }) => Map::sample_level(self.levels, uv, level),
+            None => self.levels[0].sample_periodic(uv),
+        }
     }
 }
 
@@ -146,7 +149,8 @@ fn samples(frame: &Frame, kept: f64, ray: &ViewRay, way: &Way<'_>) -> Vec<Sample
     let extinction = f64::from(frame.medium.extinction_550);
     let whole = -(-kept * extinction * ray.path_m).exp_m1();
     let (mut last, mut near, mut steps) = (Step::default(), way.map(way.parts[0]), way.parts.windows(2));
-    let samples = if way.level.is_some_and(|level| level > FAR_LEVEL) { FEW } else { SAMPLES };
+    let far = |looked: Looked| looked.level > FAR_LEVEL || looked.one_of_several;
+    let samples = if way.looked.is_some_and(far) { FEW } else { SAMPLES };
     let sample = |i: u32| {
         let passes = 1.0 - (f64::from(i) + 0.5) / f64::from(samples) * whole;
         let before = -passes.ln() / kept;
@@ -197,10 +201,22 @@ pub fn sunlight<'a>(
     )
 }
 
-/// What of a slab's sunlight reaches a ray.
-pub fn reaches(frame: &Frame, seen: &LatticeSeen<'_>, levels: &[Map], ray: &ViewRay) -> DVec3 {
+/// How much the light of cubes counts, and not its means over them: from below less from where a texel is as wide as a cube, none where it is as
+/// wide as four.
+fn sees_cubes(frame: &Frame, cell_m: f64, map: &Map, ray: &ViewRay) -> f64 {
+    let Some(Looked { level, .. }) = ray.looked.filter(|_| !ray.from_above) else { return 1.0 };
+    let cube = (cell_m * map.width.max(map.height) as f64 / f64::from(frame.place.extent_m)).log2().max(0.0);
+    (1.0 - 0.5 * (level - cube)).clamp(0.0, 1.0)
+}
+
+/// What of a slab's sunlight reaches a ray: by cubes, and by `share` where they are too small to be seen.
+pub fn reaches(frame: &Frame, seen: &LatticeSeen<'_>, levels: &[Map], ray: &ViewRay, share: DVec3) -> DVec3 {
+    let cubes = sees_cubes(frame, seen.light.cell_m.into(), &levels[0], ray);
+    if cubes <= 0.0 {
+        return share;
+    }
     let lit = if ray.from_above { DVec3::ONE } else { vec3(seen.light.in_air) };
-    if ray.path_m > 0.0 { lit * relative(frame, seen, levels, ray) } else { lit }
+    if ray.path_m > 0.0 { share.lerp(lit * relative(frame, seen, levels, ray), cubes) } else { lit }
 }
 
 /// Light of the sun along a ray over that of a slab as deep as the ray.

@@ -1,7 +1,7 @@
 //! Texels of the texture sky: clouds along rays from an eye over a curved Earth. Twin of `shaders/shared/cloud_sky.wgsl`.
 
 use super::air::{Look, air_light};
-use super::cloud::{Maps, Shaded, ViewRay, shade_ray};
+use super::cloud::{Looked, Maps, Shaded, ViewRay, shade_ray};
 use super::frame::{MIN_COSINE, domain_uv, vec3};
 use super::map::Map;
 use super::path_sampled::{Stretch, path_sampled};
@@ -74,7 +74,8 @@ pub fn sky_ray(
     let hit_uv = start_uv + dvec2(up.x, -up.y) * (climbed_m / extent_m);
     let depth = f64::from(frame.medium.extinction_550) * path.length_m * cosine;
     let seen = if from_above { up } else { -up };
-    let (path_m, looked) = (path.length_m, Some([level, steps]));
+    let looked = Some(Looked { level, steps, one_of_several: steps < f64::from(view.steps) });
+    let path_m = path.length_m;
     ViewRay { seen, hit_uv, base_uv: start_uv, cosine, path_m, depth, from_above, from_m, rise_m, looked }
 }
 

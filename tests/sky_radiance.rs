@@ -1,0 +1,61 @@
+//! Clouds of a sky against Monte Carlo in three dimensions, by what a plan takes and by what it does not.
+#![allow(clippy::unwrap_used, reason = "a test stops where it fails")]
+
+mod common;
+
+use common::sky::Sky;
+use serde_json::{Value, json};
+use skyloom::method::Transport;
+
+const SIDE: usize = 20;
+/// Texels a side of the picture for one of the traced ones, whose rays go through the middle.
+const FINER: usize = 5;
+/// Angle around the sun within which light is that of the droplets' forward peak, degrees; the transport has no say there.
+const AUREOLE_DEG: f64 = 20.0;
+
+/// Angle between the sun, in the south, and the middle of a texel of a camera that looks south, 80 degrees above the horizon, degrees.
+fn from_sun_deg(texel: usize, sun_deg: f64) -> f64 {
+    let place = |i: usize| ((i as f64 + 0.5) / SIDE as f64 * 2.0 - 1.0) * 30.0_f64.to_radians().tan();
+    let (right, up) = (place(texel % SIDE), -place(texel / SIDE));
+    let (sin, cos) = 80.0_f64.to_radians().sin_cos();
+    let towards = [right, cos - up * sin, sin + up * cos];
+    let (across, high) = sun_deg.to_radians().sin_cos();
+    let length = towards.iter().map(|part| part * part).sum::<f64>().sqrt();
+    ((towards[1] * across + towards[2] * high) / length).acos().to_degrees()
+}
+
+/// Root mean square and mean of the differences from the traced picture, in its mean; without its noise.
+fn errors(sky: &mut Sky, number: usize, sun_deg: f64, transport: Option<&str>) -> [f64; 2] {
+    let mut scene: Value = serde_json::from_str(include_str!("data/broken_sky/scene.json")).unwrap();
+    scene["sun"]["zenith_deg"] = json!(sun_deg);
+    let size = (SIDE * FINER).to_string();
+    let mut query = vec![("projection", "camera"), ("look", "180,80"), ("fov", "60"), ("size", &*size)];
+    query.extend(transport.map(|transport| ("transport", transport)));
+    let found = sky.render(&scene, "sky", &query).data;
+    let traced = include_bytes!("data/broken_sky/green.f32").as_chunks().0;
+    let traced: Vec<f64> = traced.iter().map(|bytes| f64::from(f32::from_le_bytes(*bytes))).collect();
+    let (mut squares, mut sum, mut all, mut count) = (0.0, 0.0, 0.0, 0.0);
+    for texel in (0..SIDE * SIDE).filter(|texel| from_sun_deg(*texel, sun_deg) > AUREOLE_DEG) {
+        let [truth, noise] = [0, 1].map(|i| traced[2 * (number * SIDE * SIDE + texel) + i]);
+        let [x, y] = [texel % SIDE, texel / SIDE].map(|i| i * FINER + FINER / 2);
+        let off = f64::from(found[3 * (y * SIDE * FINER + x) + 1]) - truth;
+        squares += off * off - noise * noise;
+        sum += off;
+        all += truth;
+        count += 1.0;
+    }
+    [(squares / count).max(0.0).sqrt() * count / all, sum / all]
+}
+
+/// The aim for broken cloud from below was 13 %; of means, 5 %.
+#[test]
+fn broken_clouds_are_those_of_monte_carlo() {
+    let mut sky = Sky::open();
+    for (number, sun_deg) in [60.0, 30.0].into_iter().enumerate() {
+        let [rms, mean] = errors(&mut sky, number, sun_deg, None);
+        let [blended, blended_mean] = errors(&mut sky, number, sun_deg, Some(Transport::Blended.name()));
+        eprintln!("sun at {sun_deg}: {rms:.3} rms, {mean:.3} mean; blended {blended:.3}, {blended_mean:.3}");
+        assert!(rms < 0.13 && mean.abs() < 0.05, "sun at {sun_deg}: {rms}, {mean}");
+        assert!(rms < 0.5 * blended, "sun at {sun_deg}: {rms}, blended {blended}");
+    }
+}
