@@ -118,7 +118,7 @@ pub struct SkyDetail {
 /// thirds more; what they err differs near the horizon, where many clouds are one texel.
 pub(crate) const SKY_DETAIL: [(SkyDetail, f64); 2] = [
     (SkyDetail { rays: 4, texels_per_ray: 8.0, coarseness: 1.0, steps: 0.5, error: 0.25 }, 0.1),
-    (SkyDetail { rays: 4, texels_per_ray: 8.0, coarseness: 0.0, steps: 1.0, error: 0.12 }, 0.01),
+    (SkyDetail { rays: 4, texels_per_ray: 8.0, coarseness: 0.0, steps: 1.0, error: 0.11 }, 0.01),
 ];
 /// The finest look.
 pub(crate) const FINEST_SKY: SkyDetail =

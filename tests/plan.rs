@@ -59,6 +59,9 @@ fn flat_tops_are_taken_as_columns() {
     assert_eq!(sky("0.16", json!([standing])), Transport::Blended);
     assert_eq!(sky("0.55", json!([standing])), Transport::Columns);
     assert_eq!(sky("0.02", json!([even])), Transport::Blended);
+    // And so is what an eye sees of a plane.
+    let eye = |layers: &Value| Plan::new(&asked(&[("eye", "0,0,2")]), &scene(layers)).transport;
+    assert_eq!([eye(&json!([standing])), eye(&json!([hanging]))], [Transport::Lattice; 2]);
     let asked = Plan::new(&asked(&[("transport", "tilted")]), &scene(&json!([hanging])));
     assert_eq!(asked.transport, Transport::Tilted);
 }

@@ -3,12 +3,12 @@
 //! changes from one to the other.
 
 use crate::method::Transport;
-use crate::projection::Side;
+use crate::projection::{Plane, Side, Viewer};
 use crate::request::Request;
 use crate::scene::Scene;
 
 /// Those that a plan takes, cheapest first. Entry costs what the blend does and is nowhere better; the lattice takes some tenths of a second
-/// for a new sun or field over 20 km, ten times as long as the others: it is taken for what is seen of a `sky`, and left to those who ask
+/// for a new sun or field over 20 km, ten times as long as the others: it is taken for what an eye sees, and left to those who ask
 /// for it elsewhere.
 const PLANNED: [Transport; 4] = [Transport::Columns, Transport::Tilted, Transport::Blended, Transport::Lattice];
 
@@ -17,8 +17,10 @@ const PLANNED: [Transport; 4] = [Transport::Columns, Transport::Tilted, Transpor
 pub(super) enum Looked {
     /// Light on the ground.
     Ground,
-    /// A view of clouds from one side.
+    /// A parallel view of clouds from one side.
     Clouds(Side),
+    /// A view of clouds on one side of an eye: what a sky shows there.
+    Eye(Side),
     /// A sky: clouds from below, from above or both.
     Sky,
 }
@@ -26,8 +28,12 @@ pub(super) enum Looked {
 impl Looked {
     pub(super) fn of(request: &Request) -> Self {
         let wanted = &request.wanted;
-        let clouds = wanted.plane().map(|plane| Self::Clouds(plane.side));
-        clouds.unwrap_or(if wanted.sphere().is_some() { Self::Sky } else { Self::Ground })
+        match wanted.plane() {
+            Some(Plane { side, viewer: Viewer::At(_) }) => Self::Eye(*side),
+            Some(plane) => Self::Clouds(plane.side),
+            None if wanted.sphere().is_some() => Self::Sky,
+            None => Self::Ground,
+        }
     }
 }
 
@@ -46,14 +52,14 @@ pub(super) fn error(transport: Transport, scene: &Scene, looked: Looked) -> f64 
     let of_side = |side| transport.radiance_error(side, scene.layers.iter().any(|layer| layer.shape.may_have_gaps()));
     match looked {
         Looked::Ground => transport.error(),
-        Looked::Clouds(side) => of_side(side),
+        Looked::Clouds(side) | Looked::Eye(side) => of_side(side),
         Looked::Sky => of_side(Side::Below).max(of_side(Side::Above)),
     }
 }
 
 fn choose(tolerance: f64, scene: &Scene, looked: Looked) -> (Transport, Reason) {
     let mut uneven = scene.layers.iter().filter(|layer| !layer.shape.is_even()).peekable();
-    let solved = looked == Looked::Sky && uneven.peek().is_some();
+    let solved = matches!(looked, Looked::Sky | Looked::Eye(_)) && uneven.peek().is_some();
     if !solved && uneven.peek().is_some() && uneven.all(|layer| layer.shape.is_deep_below()) {
         return (Transport::Columns, Reason::DeepBelow);
     }

@@ -91,10 +91,10 @@ fn a_job_has_its_share_beside_callers_and_callers_have_theirs_beside_a_job() {
     eprintln!(
         "a second: callers {callers_alone:.1} alone, {callers_beside:.1} beside; job {job_alone:.1}, {job_beside:.1}"
     );
-    // Two clients that always want something have half each of what either has alone. First come, first served would leave one place in nine to the
-    // job, of which one frame at a time is in line: less than a fourth.
-    assert!(callers_beside > callers_alone / 3.0, "callers");
-    assert!(job_beside > job_alone / 3.0, "the job");
+    // Two clients that always want something have half each; frames are written to the store beside that. First come, first served would leave one
+    // place in nine to the job, of which one frame at a time is in line. Counted over the same seconds: what other tests do at the time has no say.
+    let share = callers_beside / job_beside.max(1e-9);
+    assert!((1.0 / 6.0..6.0).contains(&share), "callers have {share} times what the job has");
 }
 
 /// Frames that are middling, nearly large, and large: each takes many times what a small texture does, and the next one is always due.

@@ -72,7 +72,13 @@ impl Sky {
             scene["layers"].as_array_mut().unwrap().push(layer);
         }
         let scene = Scene::from_json(scene.to_string().as_bytes()).unwrap();
-        let query: Vec<_> = query.iter().map(|(name, value)| ((*name).to_owned(), (*value).to_owned())).collect();
+        let mut query: Vec<_> = query.iter().map(|(name, value)| ((*name).to_owned(), (*value).to_owned())).collect();
+        // Light of a lattice, which is the default of what an eye sees, is the matter of tests of its own.
+        let asks = |wanted: &str| query.iter().any(|(name, _)| name == wanted);
+        let by_an_eye = texture == "sky" || (texture == "cloud" && asks("eye"));
+        if by_an_eye && !asks("transport") {
+            query.push(("transport".to_owned(), "blended".to_owned()));
+        }
         let request = Request::parse(texture, "f32", &query).unwrap();
         Job::prepare(Arc::new(scene), request, &WAVES.iter().cloned().collect(), &LIBRARY, &|_| ()).unwrap()
     }
