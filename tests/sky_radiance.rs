@@ -1,5 +1,5 @@
 //! Clouds of a sky against Monte Carlo in three dimensions, by what a plan takes and by what it does not.
-#![allow(clippy::unwrap_used, reason = "a test stops where it fails")]
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test stops where it fails")]
 
 mod common;
 
