@@ -59,3 +59,27 @@ fn broken_clouds_are_those_of_monte_carlo() {
         assert!(rms < 0.5 * blended, "sun at {sun_deg}: {rms}, blended {blended}");
     }
 }
+
+/// Droplets that absorb, or scatter backwards: no light comes from nowhere. Clouds that absorb are darker in the mean than white ones; those
+/// that scatter backwards send no more than twice as much down.
+#[test]
+fn dark_and_backward_clouds_shine_no_brighter_than_white_ones() {
+    let mut sky = Sky::open();
+    let mut mean = |asymmetry: f64, albedo: f64, texture: &str, transport: &str| {
+        let mut scene: Value = serde_json::from_str(include_str!("data/broken_sky/scene.json")).unwrap();
+        scene["layers"][0]["droplets"] =
+            json!({ "henyey_greenstein": asymmetry, "extinction_per_m": 0.05, "albedo": albedo });
+        let query = [("eye", "0,0,2"), ("size", "64"), ("transport", transport)];
+        let found = sky.render(&scene, texture, &query).data;
+        found.iter().map(|value| f64::from(*value)).sum::<f64>() / found.len() as f64
+    };
+    for texture in ["sky", "cloud"] {
+        for transport in ["blended", "lattice"] {
+            let white = mean(0.85, 1.0, texture, transport);
+            let [dark, darker, backward] =
+                [(0.85, 0.9), (0.85, 0.5), (-0.9, 1.0)].map(|(g, albedo)| mean(g, albedo, texture, transport));
+            eprintln!("{texture}, {transport}: {white:.3}, {dark:.3}, {darker:.3}, {backward:.3}");
+            assert!(darker < dark && dark < white && backward < 2.0 * white, "{texture}, {transport}");
+        }
+    }
+}

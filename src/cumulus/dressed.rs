@@ -27,10 +27,11 @@ pub struct Scattering {
 }
 
 impl Scattering {
-    /// With the forward peak `f = chi_2` (J. H. Joseph, W. J. Wiscombe and J. A. Weinman, "The delta-Eddington approximation", 1976).
+    /// With the forward peak `f = chi_2` (J. H. Joseph, W. J. Wiscombe and J. A. Weinman, "The delta-Eddington approximation", 1976), and none where
+    /// light is scattered backwards: `f` is no more than the asymmetry, without which what is left would be more than backward.
     pub fn new(channel: &Channel) -> Self {
         let moment = |l: usize| channel.moments.get(l).copied().unwrap_or(0.0);
-        let forward = moment(2).clamp(0.0, 0.999);
+        let forward = moment(2).min(moment(1)).clamp(0.0, 0.999);
         let kept = 1.0 - channel.albedo * forward;
         Self {
             kept,

@@ -5,6 +5,9 @@ use super::map::{Map, rgb};
 use crate::gpu::layout::{Frame, Share};
 use glam::DVec3;
 
+/// A column that lets less by is dark, whatever comes through beside it.
+pub const LEAST_OWN: f64 = 0.02;
+
 /// The textures that the pass reads.
 #[derive(Debug, Clone, Copy)]
 pub struct Maps<'a> {
@@ -34,7 +37,7 @@ pub fn main(frame: &Frame, share: &Share, maps: &Maps<'_>) -> [Map; 2] {
     let below = Map::from_fn(side, side, |x, y| {
         let at = |map: &Map| rgb(map.texel(x, y));
         let diffuse = at(maps.tilted).lerp(vec3(share.entry_scale) * at(maps.entered), share.entry_weight.into());
-        let own = at(maps.column).max(DVec3::splat(1e-9)) * lit(x, y);
+        let own = at(maps.column).max(DVec3::splat(LEAST_OWN)) * lit(x, y);
         (vec3(share.in_air) * (at(maps.beam) + diffuse) / own).extend(depth(x, y)).to_array()
     });
     let above = Map::from_fn(side, side, |x, y| {
