@@ -14,8 +14,8 @@
 @group(0) @binding(10) var below_out: texture_storage_2d<rgba32float, write>;
 @group(0) @binding(11) var above_out: texture_storage_2d<rgba32float, write>;
 
-// A column that lets less by is dark, whatever comes through beside it: droplets that absorb leave it next to nothing, of which any light around it
-// would be a million times as much.
+// More than a column's own light counts as a part of no less than this: droplets that absorb leave it next to nothing, of which any light around it would be
+// a million times as much.
 const LEAST_OWN: f32 = 0.02;
 
 @compute @workgroup_size(16, 16)
@@ -30,8 +30,10 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     let diffuse = mix(textureLoad(tilted, id.xy, 0).rgb, share.entry_scale * textureLoad(entered, id.xy, 0).rgb,
         share.entry_weight);
     let through = textureLoad(beam, id.xy, 0).rgb + diffuse;
-    let own = max(textureLoad(column, id.xy, 0).rgb, vec3<f32>(LEAST_OWN));
-    textureStore(below_out, id.xy, vec4<f32>(share.in_air * through / (own * lit), depth));
+    let own = textureLoad(column, id.xy, 0).rgb;
+    let gets = through / lit;
+    let reaches = select(1.0 + (gets - own) / LEAST_OWN, gets / max(own, vec3<f32>(LEAST_OWN)), own >= vec3<f32>(LEAST_OWN));
+    textureStore(below_out, id.xy, vec4<f32>(share.in_air * max(reaches, vec3<f32>(0.0)), depth));
     let entering = textureLoad(reflected, id.xy, 0).w;
     textureStore(above_out, id.xy, vec4<f32>(entering * share.reflect_scale, depth));
 }

@@ -5,7 +5,7 @@ use super::map::{Map, rgb};
 use crate::gpu::layout::{Frame, Share};
 use glam::DVec3;
 
-/// A column that lets less by is dark, whatever comes through beside it.
+/// More than a column's own light counts as a part of no less than this.
 pub const LEAST_OWN: f64 = 0.02;
 
 /// The textures that the pass reads.
@@ -37,8 +37,11 @@ pub fn main(frame: &Frame, share: &Share, maps: &Maps<'_>) -> [Map; 2] {
     let below = Map::from_fn(side, side, |x, y| {
         let at = |map: &Map| rgb(map.texel(x, y));
         let diffuse = at(maps.tilted).lerp(vec3(share.entry_scale) * at(maps.entered), share.entry_weight.into());
-        let own = at(maps.column).max(DVec3::splat(LEAST_OWN)) * lit(x, y);
-        (vec3(share.in_air) * (at(maps.beam) + diffuse) / own).extend(depth(x, y)).to_array()
+        let own = at(maps.column);
+        let gets = (at(maps.beam) + diffuse) / lit(x, y);
+        let dark = 1.0 + (gets - own) / LEAST_OWN;
+        let reaches = DVec3::select(own.cmpge(DVec3::splat(LEAST_OWN)), gets / own, dark);
+        (vec3(share.in_air) * reaches.max(DVec3::ZERO)).extend(depth(x, y)).to_array()
     });
     let above = Map::from_fn(side, side, |x, y| {
         (maps.reflected.texel(x, y)[3] * vec3(share.reflect_scale)).extend(depth(x, y)).to_array()
