@@ -204,6 +204,13 @@ impl Plan {
         self.slab?.detail()
     }
 
+    /// Layers whose light is solved in three dimensions for a new sun or field, which takes some tenths of a second each.
+    pub fn lattices(&self, scene: &Scene, request: &Request) -> usize {
+        let solved =
+            self.transport == Transport::Lattice && self.reference.is_none() && request.texture().needs().light;
+        scene.layers.iter().filter(|layer| solved && !layer.shape.is_even()).count()
+    }
+
     /// The plan in words, stage by stage, for a scene.
     pub fn explain(&self, scene: &Scene, request: &Request) -> Vec<Choice> {
         if self.reference.is_some() {

@@ -8,6 +8,7 @@ mod error;
 mod file;
 mod library;
 mod mix;
+mod pool;
 
 pub use aerosol::AerosolOptics;
 pub use air::{AirMix, AirTables};

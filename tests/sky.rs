@@ -8,7 +8,8 @@ use serde_json::{Value, json};
 use skyloom::method::Method;
 use skyloom::reference::monte_carlo::{Effort, Side, SlabProblem, View, radiance};
 use skyloom::render::{RenderError, Watch};
-use std::sync::atomic::AtomicBool;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
 /// Single precision through a chain of about 50 operations and two table look-ups (1e-7 each, driver's exp 1e-6).
 const F32: f64 = 1e-5;
@@ -288,6 +289,32 @@ fn a_passed_deadline_leaves_the_renderer_as_it_was() {
         Err(other) => panic!("{other}"),
     }
     assert!(sky.renderer.render(&job, &Watch::default()).is_ok());
+}
+
+/// A server holds large work up there.
+#[test]
+fn a_texture_of_many_bands_gives_way_between_them_and_stays_the_same() {
+    let mut sky = Sky::open();
+    let mut scene = uniform(50.0, 0.0, 0.0);
+    scene["domain"]["resolution"] = json!(64);
+    scene["layers"][0]["thickness"] = json!({ "kind": "stratocumulus" });
+    let times = Arc::new(AtomicUsize::new(0));
+    let mut given = |texture: &str, size: u32| {
+        let job = sky.job(&scene, texture, &[("size", &size.to_string())]);
+        let plain = sky.renderer.render(&job, &Watch::default()).unwrap();
+        let before = times.load(Ordering::Relaxed);
+        let counted = Arc::clone(&times);
+        let give_way: Arc<dyn Fn() + Send + Sync> = Arc::new(move || _ = counted.fetch_add(1, Ordering::Relaxed));
+        let held_up = sky.renderer.render(&job, &Watch { give_way: Some(give_way), ..Watch::default() }).unwrap();
+        assert!(plain.data == held_up.data, "{texture}: other texels");
+        times.load(Ordering::Relaxed) - before
+    };
+    for texture in ["cloud", "irradiance", "sky"] {
+        let (small, large) = (given(texture, 64), given(texture, 2048));
+        eprintln!("{texture}: gives way {small} times of 64 texels a side, {large} of 2048");
+        // Bands have half a million texels at most.
+        assert!(small >= 1 && large > small, "{texture}: {small}, {large}");
+    }
 }
 
 #[test]

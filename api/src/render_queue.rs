@@ -1,8 +1,8 @@
 //! The threads that own the graphics device, and the line before them.
 //!
-//! One thread takes jobs in turn. While it is at a large one, a second one with a renderer of its own takes the small ones that
-//! wait, and while both are at what is not quick, a third one takes the quick ones, so that nobody who asks for little waits for
-//! what somebody else asked. All survive panics and lost devices by making a new renderer; the first tells its state, so that
+//! One thread takes jobs in turn. While it is at a large one, a second one with a renderer of its own takes others that wait, while those
+//! are at what is not small, a third one takes small ones, and a fourth one quick ones, so that nobody who asks for little waits for
+//! what somebody else asked. Between two bands whoever is at more gives way to whoever is at less. All survive panics and lost devices by making a new renderer; the first tells its state, so that
 //! readiness says what rendering would find.
 
 use std::fmt;
@@ -26,27 +26,26 @@ mod slots;
 #[cfg(test)]
 #[allow(clippy::unwrap_used, clippy::panic, reason = "a test stops where it fails")]
 mod tests;
+mod turns;
 mod worker;
 
 pub use core_renderer::core_factory;
-use line::{Lane, Line};
+use line::{LANES, Lane, Line};
 use order::Order;
 pub(crate) use order::failure;
 pub use order::{Failure, Held};
 pub use renderer::{Adapter, Factory, Picture, Render};
-use slots::Slots;
+use slots::Pictures;
+use turns::Turns;
 pub use worker::State;
 use worker::{Shared, Worker, lock};
-
-/// Pictures rendered and not yet encoded; the render threads wait for the encoders rather than fill the memory.
-const PICTURES: usize = 4;
 
 /// Handle to the render threads.
 pub struct RenderQueue {
     line: Arc<Line>,
     state: watch::Receiver<State>,
     shared: Arc<Shared>,
-    threads: [JoinHandle<()>; 3],
+    threads: [JoinHandle<()>; LANES],
 }
 
 impl fmt::Debug for RenderQueue {
@@ -69,20 +68,23 @@ impl RenderQueue {
     pub fn start(factory: Factory, depth: usize) -> std::io::Result<Self> {
         let (tell, state) = watch::channel(State::Starting);
         let (line, shared) = (Arc::new(Line::new(depth)), Arc::new(Shared::default()));
-        let (factory, tell, slots) = (Arc::new(Mutex::new(factory)), Arc::new(tell), Slots::new(PICTURES));
+        let turns = Arc::<Turns>::default();
+        let (factory, tell, slots) = (Arc::new(Mutex::new(factory)), Arc::new(tell), Pictures::new());
         let worker = || Worker {
             factory: Arc::clone(&factory),
             line: Arc::clone(&line),
             tell: Arc::clone(&tell),
             shared: Arc::clone(&shared),
             slots: slots.clone(),
+            turns: Arc::clone(&turns),
         };
-        let (main, express, quick) = (worker(), worker(), worker());
+        let (main, express, small, quick) = (worker(), worker(), worker(), worker());
         let thread = |name: &str| std::thread::Builder::new().name(name.to_owned());
         let main = thread("render").spawn(move || main.run())?;
-        let express = thread("render small").spawn(move || express.help(Lane::Express))?;
+        let express = thread("render others").spawn(move || express.help(Lane::Express))?;
+        let small = thread("render small").spawn(move || small.help(Lane::Small))?;
         let quick = thread("render quick").spawn(move || quick.help(Lane::Quick))?;
-        Ok(Self { line, state, shared, threads: [main, express, quick] })
+        Ok(Self { line, state, shared, threads: [main, express, small, quick] })
     }
 
     /// State of the render thread.
@@ -134,7 +136,7 @@ impl RenderQueue {
     ) -> Result<Held, Failure> {
         self.started(deadline).await?;
         let (reply, answer) = oneshot::channel();
-        let watch = Watch { deadline: Some(deadline), cancelled: Arc::clone(&cancelled), progress: None };
+        let watch = Watch { deadline: Some(deadline), cancelled: Arc::clone(&cancelled), ..Watch::default() };
         let cost = cost::cost(&job);
         let number = self.line.put(client, cost, Order { job, watch, reply, again: false })?;
         // What nobody waits for any more takes no place.

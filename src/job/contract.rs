@@ -11,7 +11,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
-/// How a running job is stopped: it is looked at between submissions to the device.
+/// How a running job is stopped or held up: it is looked at between submissions to the device.
 #[derive(Clone, Default)]
 pub struct Watch {
     /// When the result is no longer wanted.
@@ -20,6 +20,8 @@ pub struct Watch {
     pub cancelled: Arc<AtomicBool>,
     /// Called with how far long work is, 0 to 1.
     pub progress: Option<Arc<dyn Fn(f64) + Send + Sync>>,
+    /// Called at the same places, on the thread that renders: it may wait there while others have their turn at the device.
+    pub give_way: Option<Arc<dyn Fn() + Send + Sync>>,
 }
 
 impl std::fmt::Debug for Watch {
@@ -36,8 +38,11 @@ impl Watch {
         }
     }
 
-    /// An error when the result is no longer wanted.
+    /// Lets others go first, if need be. An error when the result is no longer wanted.
     pub(crate) fn look(&self) -> Result<(), RenderError> {
+        if let Some(give_way) = &self.give_way {
+            give_way();
+        }
         if self.cancelled.load(Ordering::Acquire) {
             return Err(RenderError::Cancelled);
         }

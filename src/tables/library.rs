@@ -2,6 +2,7 @@
 
 use super::error::TableError;
 use super::file::{self, Flaw};
+use super::pool;
 use crate::store::Store;
 use std::any::{Any, TypeId};
 use std::collections::HashMap;
@@ -10,7 +11,7 @@ use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
 /// Something that takes long to make and depends on nothing but what its key tells.
-pub trait Artefact {
+pub trait Artefact: Sync {
     /// What is made.
     type Value: Send + Sync + 'static;
 
@@ -243,7 +244,7 @@ impl TableLibrary {
         }
         tracing::info!(what = artefact.describe(), "making tables");
         progress(0.0);
-        let value = artefact.build(progress)?;
+        let value = pool::apart(|| artefact.build(progress))?;
         if let Some(store) = &self.store {
             let bytes = file::pack(&key, &artefact.to_parts(&value));
             // Without it here the tables are made again, so a failure is only told.

@@ -20,6 +20,7 @@ mod jobs;
 mod kept;
 mod letter;
 mod lifecycle;
+mod load;
 mod observed;
 mod points;
 #[cfg(feature = "s3")]

@@ -3,7 +3,7 @@
 use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
-use super::cost::{LARGE, QUICK};
+use super::cost::{LARGE, QUICK, SMALL};
 use super::order::{Failure, Order};
 use crate::client::Client;
 use crate::fair::{Fair, Waiting};
@@ -15,16 +15,26 @@ const LATEST: f64 = 0.2;
 /// Longest time after which a client is told to come back, s.
 const LONGEST_RETRY_S: f64 = 3600.0;
 
+/// So long after its first job a server gets a renderer for small ones, before anybody waits for it.
+const SETTLED: Duration = Duration::from_secs(10);
+
 /// Which jobs a renderer takes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Lane {
     /// All.
     Main,
-    /// Small ones, while the main one is at a large one.
+    /// All but large ones, while the main one is at a large one.
     Express,
-    /// Quick ones, while those that take more are at what is not quick.
+    /// Small ones, while those above are at what takes longer.
+    Small,
+    /// Quick ones, while those above are at what takes longer.
     Quick,
 }
+
+/// The cost that a renderer takes at most, lane by lane.
+const MOST: [f64; LANES] = [f64::INFINITY, LARGE, SMALL, QUICK];
+/// Renderers.
+pub(super) const LANES: usize = 4;
 
 /// The line.
 #[derive(Debug)]
@@ -38,8 +48,12 @@ pub(super) struct Line {
 struct State {
     orders: Fair<Order>,
     is_closed: bool,
-    /// Cost of what the main renderer is at, and the one for small jobs.
-    running: [Option<f64>; 2],
+    /// Cost of what each renderer is at.
+    running: [Option<f64>; LANES],
+    /// The renderers that are there; that of the main lane is waited for.
+    made: [bool; LANES],
+    /// When the first job began.
+    first: Option<Instant>,
     seconds_per_cost: [f64; 2],
     refused: u64,
 }
@@ -59,7 +73,9 @@ impl Line {
         let state = State {
             orders: Fair::default(),
             is_closed: false,
-            running: [None; 2],
+            running: [None; LANES],
+            made: [true, false, false, false],
+            first: None,
             seconds_per_cost: SECONDS_PER_COST,
             refused: 0,
         };
@@ -106,8 +122,12 @@ impl Line {
     pub(super) fn take(&self, lane: Lane) -> Option<Waiting<Order>> {
         let mut state = self.lock();
         loop {
-            let most = state.takes(lane);
-            if let Some(next) = most.and_then(|most| state.orders.pop(|one| one.cost <= most)) {
+            let next = if state.takes(lane, state.made) {
+                state.orders.pop(|one| one.cost <= MOST[lane as usize])
+            } else {
+                None
+            };
+            if let Some(next) = next {
                 state.is_at(lane, Some(next.cost));
                 self.changed.notify_all();
                 return Some(next);
@@ -120,13 +140,20 @@ impl Line {
     }
 
     /// Waits until a renderer is of help; false when the line is closed. One takes seconds to make, and none that had to be made first would be of
-    /// help: so that of small jobs is made when a large one runs, and that of quick ones, which few servers need, when the first one waits.
+    /// help: so the second one is made when a large job runs, that of small ones soon after the start, and that of quick ones, which few servers
+    /// need, when the first job waits for it.
     pub(super) fn needs_help(&self, lane: Lane) -> bool {
         let mut state = self.lock();
         while !(state.is_closed || state.is_helped(lane)) {
-            state = self.changed.wait(state).unwrap_or_else(PoisonError::into_inner);
+            state = self.changed.wait_timeout(state, SETTLED).unwrap_or_else(PoisonError::into_inner).0;
         }
         !state.is_closed
+    }
+
+    /// A renderer is there, or is not there any more.
+    pub(super) fn has(&self, lane: Lane, is_made: bool) {
+        self.lock().made[lane as usize] = is_made;
+        self.changed.notify_all();
     }
 
     /// A job has ended after so long; nothing is learnt from one that was stopped.
@@ -184,27 +211,32 @@ impl Line {
 }
 
 impl State {
-    /// The largest cost that a renderer takes now; none while others do its work.
-    fn takes(&self, lane: Lane) -> Option<f64> {
-        let [main, express] = self.running.map(|cost| cost.unwrap_or(0.0));
-        match lane {
-            Lane::Main => Some(f64::INFINITY),
-            Lane::Express => (main > LARGE).then_some(LARGE),
-            // Where a large one runs, that of small ones is as free for quick ones until it is at something.
-            Lane::Quick => (main > QUICK && (main <= LARGE || express > QUICK)).then_some(QUICK),
-        }
+    /// Whether a renderer is to take jobs, where there are these: those before it that do are at what takes longer than anything that it takes.
+    fn takes(&self, lane: Lane, made: [bool; LANES]) -> bool {
+        let is_at_more = |before: usize| self.running[before].is_some_and(|cost| cost > MOST[lane as usize]);
+        let is_of_no_help = |before: &Lane| {
+            let number = *before as usize;
+            !made[number] || is_at_more(number) || !self.takes(*before, made)
+        };
+        Lane::ALL[..lane as usize].iter().all(is_of_no_help)
     }
 
+    /// Whether a renderer that is not there would be of help.
     fn is_helped(&self, lane: Lane) -> bool {
-        let waits = |most| lane != Lane::Quick || self.orders.any(|one| one.cost <= most);
-        self.takes(lane).is_some_and(waits)
+        let is_wanted = match lane {
+            Lane::Main | Lane::Express => true,
+            Lane::Small | Lane::Quick => self.orders.any(|one| one.cost <= MOST[lane as usize]),
+        };
+        let is_due = lane == Lane::Small && self.first.is_some_and(|first| first.elapsed() >= SETTLED);
+        is_due || is_wanted && self.takes(lane, [true; LANES])
     }
 
     fn is_at(&mut self, lane: Lane, cost: Option<f64>) {
-        match lane {
-            Lane::Main => self.running[0] = cost,
-            Lane::Express => self.running[1] = cost,
-            Lane::Quick => {}
-        }
+        self.running[lane as usize] = cost;
+        self.first.get_or_insert_with(Instant::now);
     }
+}
+
+impl Lane {
+    const ALL: [Self; LANES] = [Self::Main, Self::Express, Self::Small, Self::Quick];
 }

@@ -367,3 +367,22 @@ async fn a_quick_render_waits_neither_for_a_large_one_nor_for_the_middling_one_b
     assert_eq!(large.await.unwrap().status(), StatusCode::OK);
     assert_eq!(middling.await.unwrap().status(), StatusCode::OK);
 }
+
+/// Each waits for what takes as long as itself, or a little longer, whatever else is under way.
+#[tokio::test(flavor = "multi_thread")]
+async fn a_small_render_waits_for_none_that_takes_far_longer_and_a_quick_one_not_for_it() {
+    let (releases, untils): (Vec<_>, Vec<_>) = (0..3).map(|_| mpsc::channel()).unzip();
+    let service = service(untils.into_iter().map(Act::Hold).collect(), 8, 30);
+    let sky = service.sky().await;
+    let mut held = Vec::new();
+    for (time, size) in [(0, 4096), (1, 1900), (2, 1000)] {
+        held.push(service.background_of(2, format!("{sky}/shadow.f32?size={size}&time={time}")));
+        service.wait_for_render();
+    }
+    let quick = service.get(&format!("{sky}/shadow.f32?size=8&time=3")).await;
+    assert_eq!((quick.status(), *lock(&service.made)), (StatusCode::OK, 4));
+    drop(releases);
+    for one in held {
+        assert_eq!(one.await.unwrap().status(), StatusCode::OK);
+    }
+}

@@ -6,13 +6,14 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
 use skyloom::gpu::GpuError;
-use skyloom::render::RenderError;
+use skyloom::render::{RenderError, Watch};
 use tokio::sync::watch;
 
 use super::line::{Lane, Line};
 use super::order::{Failure, Held, Order, failure};
 use super::renderer::{Adapter, Factory, Render};
-use super::slots::Slots;
+use super::slots::Pictures;
+use super::turns::Turns;
 use crate::fair::Waiting;
 
 /// First and longest pause before another attempt to make a renderer that could not be made.
@@ -46,7 +47,8 @@ pub(super) struct Worker {
     pub(super) line: Arc<Line>,
     pub(super) tell: Arc<watch::Sender<State>>,
     pub(super) shared: Arc<Shared>,
-    pub(super) slots: Slots,
+    pub(super) slots: Pictures,
+    pub(super) turns: Arc<Turns>,
 }
 
 /// Why the renderer is not used any further.
@@ -111,10 +113,15 @@ impl Worker {
         let mut begin_with = None;
         while begin_with.is_some() || self.line.needs_help(lane) {
             match self.make() {
-                Ok(mut renderer) => match self.serve(lane, renderer.as_mut(), begin_with.take()) {
-                    Leave::Closed => return,
-                    Leave::Lost(order) => begin_with = order,
-                },
+                Ok(mut renderer) => {
+                    self.line.has(lane, true);
+                    let leave = self.serve(lane, renderer.as_mut(), begin_with.take());
+                    self.line.has(lane, false);
+                    match leave {
+                        Leave::Closed => return,
+                        Leave::Lost(order) => begin_with = order,
+                    }
+                }
                 Err(error) => {
                     tracing::warn!(%error, "no further renderer: small renders wait behind large ones");
                     if let Some(one) = begin_with.take() {
@@ -146,7 +153,7 @@ impl Worker {
                 self.line.done(lane, one.cost, None);
                 continue;
             }
-            let Some(slot) = self.slots.take(order.watch.deadline) else {
+            let Some(slot) = self.slots.of(one.cost).take(order.watch.deadline) else {
                 self.line.done(lane, one.cost, None);
                 one.item.answer(Err(Failure::Deadline));
                 continue;
@@ -155,7 +162,12 @@ impl Worker {
             if lane == Lane::Main {
                 *lock(&self.shared.busy_since) = Some(start);
             }
-            let rendered = catch_unwind(AssertUnwindSafe(|| renderer.render(&order.job, &order.watch)));
+            let rendered = {
+                let (turn, cancelled) = (self.turns.begin(one.cost), Arc::clone(&order.watch.cancelled));
+                let give_way: Arc<dyn Fn() + Send + Sync> = Arc::new(move || turn.give_way(&cancelled));
+                let watch = Watch { give_way: Some(give_way), ..order.watch.clone() };
+                catch_unwind(AssertUnwindSafe(|| renderer.render(&order.job, &watch)))
+            };
             if lane == Lane::Main {
                 *lock(&self.shared.busy_since) = None;
             }
