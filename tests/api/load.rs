@@ -107,13 +107,13 @@ impl Load<'_> {
                     break;
                 }
                 let number = client * 7 + round;
-                let (status, took) = if number % MISS == 0 {
+                let (status, took) = if number.is_multiple_of(MISS) {
                     let (status, took) = self.miss(client);
                     own.misses.push(took);
                     (status, took)
                 } else {
                     let kept = number % KEPT;
-                    let tag = (number % 3 == 0).then(|| self.tags[kept].as_str());
+                    let tag = number.is_multiple_of(3).then(|| self.tags[kept].as_str());
                     let (status, took) = self.ask(client, &self.kept(kept), tag);
                     own.hits.push(took);
                     (status, took)

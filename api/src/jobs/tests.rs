@@ -35,6 +35,13 @@ struct Wound {
 }
 
 impl Wound {
+    /// As an operator would, backwards too.
+    fn set(&self, now: i64) {
+        self.end.store(now, Ordering::SeqCst);
+        self.now.store(now, Ordering::SeqCst);
+        self.reached.store(i64::MIN, Ordering::SeqCst);
+    }
+
     fn present(&self) {
         let Some(folder) = self.watched.lock().unwrap().clone() else { return };
         let latest = latest(&folder);
@@ -258,6 +265,28 @@ async fn jobs_survive_a_restart_and_what_was_missed_is_made_where_it_is_wanted()
             service.wind(MIDNIGHT + (now + 1) * MINUTE).await;
         }
         assert_eq!(times(&folder(&data)), kept.iter().map(|minute| minute * 60).collect::<Vec<_>>());
+    }
+}
+
+/// By an operator or a time server: the frames that were made are those of the same moments still.
+#[tokio::test(flavor = "multi_thread")]
+async fn a_clock_that_is_set_back_loses_no_frame_and_makes_none_twice() {
+    let data = tempfile::tempdir().unwrap();
+    let service = Service::open(data.path(), MIDNIGHT, |_| 0, Config::default());
+    service.ask("POST", "/v1/jobs", job(json!({ "keep": 100 }))).await;
+    service.wind(MIDNIGHT + 10 * MINUTE).await;
+    let until = |minute: i64| (0..=minute).map(|minute| minute * 60).collect::<Vec<_>>();
+    assert_eq!(times(&folder(&data)), until(10));
+    service.clock.set(MIDNIGHT + 5 * MINUTE);
+    for (minute, made) in [(7, 10), (10, 10), (12, 12)] {
+        service.wind(MIDNIGHT + minute * MINUTE).await;
+        let (_, told) = service.ask("GET", "/v1/jobs/day", Value::Null).await;
+        let counts = ["made", "missed", "failed"].map(|name| told["frames"][name].as_i64().unwrap());
+        assert_eq!(counts, [made + 1, 0, 0], "at minute {minute}");
+        assert_eq!(times(&folder(&data)), until(made), "at minute {minute}");
+        // The one that holds now, though later ones are there.
+        let (_, latest) = service.ask("GET", "/v1/jobs/day/latest.json", Value::Null).await;
+        assert_eq!(latest["time"], json!(60.0 * minute as f64));
     }
 }
 
