@@ -180,7 +180,8 @@ fn readers_that_do_not_read_pin_no_more_than_the_budget() {
     let sky = server.sky(&scene());
     let texture = |size: u32, time: u32| format!("{sky}/thickness.f32?size={size}&time={time}");
     assert_eq!(server.get(&texture(2048, 0)).status, 200);
-    // The second renderer compiles its shaders behind the first's work, which takes a hundred MiB of its own.
+    // Two more renderers are made ten seconds after the first texture, of a hundred MiB or more each.
+    std::thread::sleep(Duration::from_secs(12));
     let before = eventually("the end of warming up", || {
         let before = server.memory();
         std::thread::sleep(Duration::from_secs(2));

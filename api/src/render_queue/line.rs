@@ -15,7 +15,7 @@ const LATEST: f64 = 0.2;
 /// Longest time after which a client is told to come back, s.
 const LONGEST_RETRY_S: f64 = 3600.0;
 
-/// So long after its first job a server gets a renderer for small ones, before anybody waits for it.
+/// So long after its first job a server gets renderers beside its main one, before anybody waits for them.
 const SETTLED: Duration = Duration::from_secs(10);
 
 /// Which jobs a renderer takes.
@@ -140,8 +140,8 @@ impl Line {
     }
 
     /// Waits until a renderer is of help; false when the line is closed. One takes seconds to make, and none that had to be made first would be of
-    /// help: so the second one is made when a large job runs, that of small ones soon after the start, and that of quick ones, which few servers
-    /// need, when the first job waits for it.
+    /// help: so the second one is made when a large job runs, it and that of small ones soon after the start else, and that of quick ones, which few
+    /// servers need, when the first job waits for it.
     pub(super) fn needs_help(&self, lane: Lane) -> bool {
         let mut state = self.lock();
         while !(state.is_closed || state.is_helped(lane)) {
@@ -227,7 +227,7 @@ impl State {
             Lane::Main | Lane::Express => true,
             Lane::Small | Lane::Quick => self.orders.any(|one| one.cost <= MOST[lane as usize]),
         };
-        let is_due = lane == Lane::Small && self.first.is_some_and(|first| first.elapsed() >= SETTLED);
+        let is_due = lane != Lane::Quick && self.first.is_some_and(|first| first.elapsed() >= SETTLED);
         is_due || is_wanted && self.takes(lane, [true; LANES])
     }
 
