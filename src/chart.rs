@@ -1,9 +1,9 @@
 //! Charts of how exact and how fast each method of slab light, of moving fields, of exchanged light, of sunlight through
-//! uneven cloud, of clear air, of air with clouds in it, of looks at a sky and of cumulus is, of what synthetic fields are like, and of
-//! where the time of a frame goes, as pictures (SVG) and tables (CSV).
+//! uneven cloud, of clear air, of air with clouds in it, of looks at a sky and of cumulus is, of what synthetic fields are like, of
+//! where the time of a frame goes, and of what files cost, as pictures (SVG) and tables (CSV).
 //!
 //! `truth` solves slabs exactly, `medium` has each method in double precision, `row` lists them, `errors` and `cost` measure; `slab`, `fluxes`,
-//! `radiance`, `modified`, `validity`, `field`, `fields`, `exchange`, `light`, `air`, `coupling`, `view`, `frame`, `cumulus` and `growth` are one chart
+//! `radiance`, `modified`, `validity`, `field`, `fields`, `exchange`, `light`, `air`, `coupling`, `view`, `frame`, `formats`, `cumulus` and `growth` are one chart
 //! each; `figure` draws; `file` is what comes out; `sample` is what a test computes again.
 
 mod air;
@@ -19,6 +19,7 @@ mod fields;
 mod figure;
 mod file;
 mod fluxes;
+mod formats;
 mod frame;
 mod growth;
 mod light;
@@ -117,6 +118,12 @@ pub const CHARTS: &[Chart] = &[
         about: "clouds of a sky: rays, levels and samples of a texel",
         make: view::make,
         sample: Some(view::sample),
+    },
+    Chart {
+        name: "formats",
+        about: "files: time and bytes against error",
+        make: formats::make,
+        sample: Some(formats::sample),
     },
     Chart { name: "frame", about: "time of a frame by stage, texels and sun", make: frame::make, sample: None },
     Chart {

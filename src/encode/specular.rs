@@ -5,13 +5,14 @@
 //! at an angle t from the normal counts D(cos(t / 2)) cos(t). That is a mean around the normal, the same for all normals, so white stays white.
 //! Level `i` of `n` has the roughness `i / (n - 1)`, as glTF viewers and Bevy look it up.
 
+use glam::{Vec2, Vec3A, Vec4};
 use rayon::prelude::*;
 
 use super::mips::{self, Level};
 
 /// Rings of places around a normal, and places in a ring, of the two first rough levels and of the others, which have few texels
 /// and wide lobes. What is between two places is in the coarser levels that are looked up there.
-const OF_FINE: [usize; 2] = [16, 12];
+const OF_FINE: [usize; 2] = [14, 11];
 const OF_COARSE: [usize; 2] = [24, 16];
 /// How many levels finer than that: a lookup between texels smears by a texel.
 const SHARPER: f64 = 1.0;
@@ -20,45 +21,95 @@ const STEPS: usize = 4096;
 
 /// All levels of the six faces of a cube, the faces themselves first.
 pub(super) fn levels(faces: Vec<Level>, channels: usize) -> Vec<Vec<Level>> {
-    let means = Means { levels: mips::levels_of_faces(faces, channels, false), channels };
-    let count = means.levels.len();
-    let rough: Vec<_> = (1..count).map(|i| means.seen_in(i, i as f64 / (count - 1) as f64)).collect();
-    means.levels.into_iter().take(1).chain(rough).collect()
+    let mut means = mips::levels_of_faces(faces, channels, false);
+    let bordered = Means { levels: means.iter().map(|faces| Bordered::of(faces, channels)).collect(), channels };
+    let count = means.len();
+    for (i, level) in means.iter_mut().enumerate().skip(1) {
+        *level = bordered.seen_in(i, i as f64 / (count - 1) as f64);
+    }
+    means
 }
 
 /// Means of the light over ever larger texels.
 struct Means {
     /// Faces of each level.
-    levels: Vec<Vec<Level>>,
+    levels: Vec<Vec<Bordered>>,
     channels: usize,
+}
+
+/// A face with a border of one texel from the faces beside it, so that what lies between texels is looked up without asking where a face
+/// ends; four channels, as a vector unit takes them.
+struct Bordered {
+    /// Texels a side, without the border.
+    side: usize,
+    texels: Vec<Vec4>,
+}
+
+impl Bordered {
+    fn of(faces: &[Level], channels: usize) -> Vec<Self> {
+        let bordered = |face: usize| {
+            let side = faces[face].width;
+            let all = -1..=side as i64;
+            let row = |y: i64| all.clone().map(move |x| Self::texel(faces, channels, face, [x, y]));
+            Self { side, texels: all.clone().flat_map(row).collect() }
+        };
+        (0..faces.len()).map(bordered).collect()
+    }
+
+    /// A texel of a face, or, beyond its edges, of the face there.
+    fn texel(faces: &[Level], channels: usize, face: usize, place: [i64; 2]) -> Vec4 {
+        let side = faces[face].width;
+        let is_inside = place.iter().all(|place| (0..side as i64).contains(place));
+        let (face, [x, y]) = if is_inside {
+            (face, place.map(|place| place as usize))
+        } else {
+            let (face, place) = on_face(direction(face, place.map(|place| coordinate(place, side))));
+            (face, place.to_array().map(|place| ((0.5 * (place + 1.0) * side as f32) as usize).min(side - 1)))
+        };
+        let at = (y * side + x) * channels;
+        let mut texel = [0.0; 4];
+        texel[..channels].copy_from_slice(&faces[face].data[at..at + channels]);
+        Vec4::from_array(texel)
+    }
+
+    /// The light at a place of the face, between four texels.
+    fn light(&self, place: Vec2) -> Vec4 {
+        // The first texel of the border is at -1.
+        let at = (0.5 * self.side as f32) * (place + 1.0) + 0.5;
+        let (left, top) = ((at.x as usize).min(self.side), (at.y as usize).min(self.side));
+        let (right, low) = (at.x - left as f32, at.y - top as f32);
+        let upper = &self.texels[top * (self.side + 2) + left..][..self.side + 4];
+        let [a, b, c, d] = [upper[0], upper[1], upper[self.side + 2], upper[self.side + 3]];
+        let (above, below) = (a + right * (b - a), c + right * (d - c));
+        above + low * (below - above)
+    }
 }
 
 /// A place beside a normal.
 struct Place {
     /// Along two axes across it, and along itself.
-    beside: [f64; 3],
-    /// The level whose texels are as large as what it stands for.
-    level: f64,
+    beside: [f32; 3],
+    /// The level whose texels are as large as what it stands for, and the part of the next one.
+    level: (usize, f32),
     /// All of them sum to 1.
-    weight: f64,
+    weight: f32,
 }
 
 impl Means {
     /// The faces of a level, in a mirror of a roughness.
     fn seen_in(&self, level: usize, roughness: f64) -> Vec<Level> {
-        let side = self.levels[level][0].width;
+        let side = self.levels[level][0].side;
         let places = self.places(level, roughness);
         let row = |face: usize, y: usize| {
             let mut row = Vec::with_capacity(side * self.channels);
             for x in 0..side {
-                let normal = unit(direction(face, [coordinate(x as i64, side), coordinate(y as i64, side)]));
+                let normal = direction(face, [x, y].map(|place| coordinate(place as i64, side))).normalize();
                 let [across, along] = beside(normal);
-                let mut sum = [0.0; 4];
-                for Place { beside: [u, v, w], level, weight } in &places {
-                    let direction = [0, 1, 2].map(|k| u * across[k] + v * along[k] + w * normal[k]);
-                    self.add(direction, (*level, *weight), &mut sum);
+                let mut sum = Vec4::ZERO;
+                for &Place { beside: [u, v, w], level, weight } in &places {
+                    sum += weight * self.light(u * across + v * along + w * normal, level);
                 }
-                row.extend(sum[..self.channels].iter().map(|sum| *sum as f32));
+                row.extend_from_slice(&sum.to_array()[..self.channels]);
             }
             row
         };
@@ -73,7 +124,7 @@ impl Means {
     /// Places around a normal.
     fn places(&self, level: usize, roughness: f64) -> Vec<Place> {
         let [rings, in_ring] = if level < 3 { OF_FINE } else { OF_COARSE };
-        let texels = (6 * self.levels[0][0].width * self.levels[0][0].width) as f64;
+        let texels = (6 * self.levels[0][0].side * self.levels[0][0].side) as f64;
         let coarsest = (self.levels.len() - 1) as f64;
         let lobe = Lobe::new(roughness);
         let mut places = Vec::with_capacity(rings * in_ring);
@@ -85,54 +136,29 @@ impl Means {
             let sine = (1.0 - cosine * cosine).max(0.0).sqrt();
             let solid_angle = std::f64::consts::TAU * (lobe.cosine(inner) - lobe.cosine(outer)) / in_ring as f64;
             let own = 0.5 * (solid_angle * texels / (4.0 * std::f64::consts::PI)).log2() - SHARPER;
+            let level = own.clamp(0.0, coarsest);
             for step in 0..in_ring {
                 // Each ring is turned against the one before by the golden angle, so that no spokes form.
                 let turn = (step as f64 / in_ring as f64 + ring as f64 * 0.381_966).fract() * std::f64::consts::TAU;
                 places.push(Place {
-                    beside: [sine * turn.cos(), sine * turn.sin(), cosine],
-                    level: own.clamp(0.0, coarsest),
-                    weight: (outer - inner) / in_ring as f64,
+                    beside: [sine * turn.cos(), sine * turn.sin(), cosine].map(|part| part as f32),
+                    level: (level as usize, level.fract() as f32),
+                    weight: ((outer - inner) / in_ring as f64) as f32,
                 });
             }
         }
         places
     }
 
-    /// Adds the light from a direction, between two levels and four texels of each.
-    fn add(&self, direction: [f64; 3], (level, weight): (f64, f64), sum: &mut [f64; 4]) {
+    /// The light from a direction, between two levels.
+    fn light(&self, direction: Vec3A, (level, part): (usize, f32)) -> Vec4 {
         let (face, place) = on_face(direction);
-        let lower = level.floor() as usize;
-        let part = level - level.floor();
-        for (level, share) in [(lower, 1.0 - part), (lower + 1, part)] {
-            if share <= 0.0 {
-                continue;
-            }
-            let side = self.levels[level][face].width;
-            let [x, y] = place.map(|place| 0.5 * (place + 1.0) * side as f64 - 0.5);
-            let (left, top) = (x.floor(), y.floor());
-            for (dx, dy) in [(0, 0), (1, 0), (0, 1), (1, 1)] {
-                let between = |offset: i32, part: f64| if offset == 0 { 1.0 - part } else { part };
-                let weight = weight * share * between(dx, x - left) * between(dy, y - top);
-                let texel = self.texel(level, face, [left as i64 + i64::from(dx), top as i64 + i64::from(dy)]);
-                for (sum, value) in sum.iter_mut().zip(texel) {
-                    *sum += weight * f64::from(*value);
-                }
-            }
+        let fine = self.levels[level][face].light(place);
+        if part == 0.0 {
+            return fine;
         }
-    }
-
-    /// A texel of a face, or, beyond its edges, of the face there.
-    fn texel(&self, level: usize, face: usize, place: [i64; 2]) -> &[f32] {
-        let side = self.levels[level][face].width;
-        let is_inside = place.iter().all(|place| (0..side as i64).contains(place));
-        let (face, [x, y]) = if is_inside {
-            (face, place.map(|place| place as usize))
-        } else {
-            let (face, place) = on_face(direction(face, place.map(|place| coordinate(place, side))));
-            (face, place.map(|place| ((0.5 * (place + 1.0) * side as f64) as usize).min(side - 1)))
-        };
-        let at = (y * side + x) * self.channels;
-        &self.levels[level][face].data[at..at + self.channels]
+        let coarse = self.levels[level + 1][face].light(place);
+        fine + part * (coarse - fine)
     }
 }
 
@@ -174,43 +200,40 @@ fn weight(roughness: f64, cosine: f64) -> f64 {
 }
 
 /// Where the middle of a texel is on a face, -1 to 1 within it.
-fn coordinate(texel: i64, side: usize) -> f64 {
-    2.0 * (texel as f64 + 0.5) / side as f64 - 1.0
+fn coordinate(texel: i64, side: usize) -> f32 {
+    (2.0 * (texel as f64 + 0.5) / side as f64 - 1.0) as f32
 }
 
 /// A direction, of any length, to a place on a face: the table of the Khronos and of Direct3D.
-fn direction(face: usize, [s, t]: [f64; 2]) -> [f64; 3] {
+fn direction(face: usize, [s, t]: [f32; 2]) -> Vec3A {
     match face {
-        0 => [1.0, -t, -s],
-        1 => [-1.0, -t, s],
-        2 => [s, 1.0, t],
-        3 => [s, -1.0, -t],
-        4 => [s, -t, 1.0],
-        _ => [-s, -t, -1.0],
+        0 => Vec3A::new(1.0, -t, -s),
+        1 => Vec3A::new(-1.0, -t, s),
+        2 => Vec3A::new(s, 1.0, t),
+        3 => Vec3A::new(s, -1.0, -t),
+        4 => Vec3A::new(s, -t, 1.0),
+        _ => Vec3A::new(-s, -t, -1.0),
     }
 }
 
 /// The face that a direction meets, and where.
-fn on_face([x, y, z]: [f64; 3]) -> (usize, [f64; 2]) {
-    let [along_x, along_y, along_z] = [x, y, z].map(f64::abs);
+fn on_face(direction: Vec3A) -> (usize, Vec2) {
+    let [x, y, z] = direction.to_array();
+    let [along_x, along_y, along_z] = direction.abs().to_array();
     if along_x >= along_y && along_x >= along_z {
-        (usize::from(x < 0.0), [-z / x, -y / along_x])
+        (usize::from(x < 0.0), Vec2::new(-z / x, -y / along_x))
     } else if along_y >= along_z {
-        (2 + usize::from(y < 0.0), [x / along_y, z / y])
+        (2 + usize::from(y < 0.0), Vec2::new(x / along_y, z / y))
     } else {
-        (4 + usize::from(z < 0.0), [x / z, -y / along_z])
+        (4 + usize::from(z < 0.0), Vec2::new(x / z, -y / along_z))
     }
 }
 
-fn unit(vector: [f64; 3]) -> [f64; 3] {
-    let length = vector.iter().map(|part| part * part).sum::<f64>().sqrt();
-    vector.map(|part| part / length)
-}
-
 /// Two axes across a normal (Duff et al. 2017, Journal of Computer Graphics Techniques 6).
-fn beside([x, y, z]: [f64; 3]) -> [[f64; 3]; 2] {
-    let sign = 1.0_f64.copysign(z);
+fn beside(normal: Vec3A) -> [Vec3A; 2] {
+    let [x, y, z] = normal.to_array();
+    let sign = 1.0_f32.copysign(z);
     let a = -1.0 / (sign + z);
     let b = x * y * a;
-    [[1.0 + sign * x * x * a, sign * b, -sign * x], [b, sign + y * y * a, -y]]
+    [Vec3A::new(1.0 + sign * x * x * a, sign * b, -sign * x), Vec3A::new(b, sign + y * y * a, -y)]
 }
