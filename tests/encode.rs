@@ -473,7 +473,7 @@ fn the_same_texture_gives_the_same_bytes_every_time() {
 }
 
 fn display(exposure_stops: f64, tonemap: Tonemap, depth: PictureDepth) -> Picture {
-    Picture::Display { exposure: Exposure::Stops(exposure_stops), tonemap, depth }
+    Picture::Display { exposure: Exposure::Stops(exposure_stops), tonemap, depth, dither: false }
 }
 
 /// A picture of 8 bits without a tone curve.
@@ -559,6 +559,38 @@ fn without_a_tone_curve_a_picture_is_srgb_with_its_known_values() {
     assert_eq!(samples(&pixels(8, 1, &["Y"], &data), &plain(0.0)), known.map(|(_, sample)| sample));
     let fine = display(0.0, Tonemap::None, PictureDepth::Sixteen);
     assert_eq!(samples(&pixels(2, 1, &["Y"], &[0.5, 1.0]), &fine), [48192, 65535]);
+}
+
+/// 64 x 64 samples of one light that lies between two steps. The pattern's mean over so many is within a hundredth of a step.
+#[test]
+fn dither_shows_what_lies_between_two_steps() {
+    const BETWEEN: f64 = 100.3;
+    let linear = ((BETWEEN / 255.0 + 0.055) / 1.055).powf(2.4) as f32;
+    let shown = |value: f32, dither| {
+        let data = vec![value; 3 * 64 * 64];
+        let picture = Picture::Display {
+            exposure: Exposure::Stops(0.0),
+            tonemap: Tonemap::None,
+            depth: PictureDepth::Eight,
+            dither,
+        };
+        samples(&pixels(64, 64, &["R", "G", "B"], &data), &picture)
+    };
+    assert!(shown(linear, false).iter().all(|sample| *sample == 100));
+    let dithered = shown(linear, true);
+    assert!(dithered.iter().all(|sample| [100, 101].contains(sample)));
+    let mean = dithered.iter().map(|sample| f64::from(*sample)).sum::<f64>() / dithered.len() as f64;
+    eprintln!("mean of {BETWEEN}: {mean:.3}");
+    assert!((mean - BETWEEN).abs() < 0.02, "{mean}");
+    // So it is in each 8 x 8, or about.
+    for corner in (0..64).step_by(8).flat_map(|y| (0..64).step_by(8).map(move |x| [x, y])) {
+        let block = (0..64).map(|i| f64::from(dithered[3 * (64 * (corner[1] + i / 8) + corner[0] + i % 8)]));
+        let mean = block.sum::<f64>() / 64.0;
+        assert!((mean - BETWEEN).abs() < 0.1, "{corner:?}: {mean}");
+    }
+    // What has no light, and what is white, has no noise.
+    assert!(shown(0.0, true).iter().all(|sample| *sample == 0));
+    assert!(shown(1.0, true).iter().all(|sample| *sample == 255));
 }
 
 #[test]

@@ -48,6 +48,7 @@ pub(super) struct Given {
     pub(super) ev100: Option<f64>,
     pub(super) tonemap: Tonemap,
     pub(super) mask: bool,
+    pub(super) dither: bool,
     pub(super) depth: Option<u32>,
     /// Another coding than floats.
     pub(super) coding: Option<Coding>,
@@ -85,6 +86,7 @@ impl Given {
             ev100: None,
             tonemap: Tonemap::Filmic,
             mask: false,
+            dither: false,
             depth: None,
             coding: None,
             mips: Mips::None,
@@ -221,6 +223,8 @@ impl Given {
                 },
                 // Parts of a whole are not light: a tone curve would bend them.
                 tonemap: if texture.is_light() { self.tonemap } else { Tonemap::None },
+                // Steps of 16 bits are finer than any screen's.
+                dither: self.dither && picture == PictureDepth::Eight,
                 depth: picture,
             }),
         }

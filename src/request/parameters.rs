@@ -304,6 +304,17 @@ pub const QUERY_PARAMETERS: &[QueryParameter] = &[
         },
     },
     QueryParameter {
+        name: "dither",
+        values: "true | false",
+        default: "false",
+        meaning: "an 8-bit picture (PNG) for eyes is rounded up or down by a pattern of noise, so that even skies show no bands",
+        read: |given, text| set(&mut given.dither, word(text, &[("true", true), ("false", false)])),
+        write: |request| match request.output {
+            Output::Png(Picture::Display { dither, .. }) => Some(dither.to_string()),
+            _ => None,
+        },
+    },
+    QueryParameter {
         name: "encoding",
         values: "srgb | linear",
         default: "srgb",
