@@ -14,6 +14,7 @@ pub mod bounded;
 pub mod bucket;
 pub mod budget;
 pub mod bundle;
+pub mod charts;
 pub mod cli;
 pub mod client;
 pub mod clock;

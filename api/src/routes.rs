@@ -23,8 +23,8 @@ use crate::problem::{ApiError, KINDS, field_problems};
 use crate::render_queue::State as RenderState;
 
 use crate::{
-    ambient, body, bundle, film, frames, jobs, listing, openapi, points, presets, sun, textures, upkeep, version,
-    viewer,
+    ambient, body, bundle, charts, film, frames, jobs, listing, openapi, points, presets, sun, textures, upkeep,
+    version, viewer,
 };
 
 /// All routes over the shared state.
@@ -55,6 +55,7 @@ pub fn router(app: Arc<App>) -> Router {
         .route("/problems/{slug}", get(explain))
         .merge(jobs::routes())
         .merge(viewer::routes())
+        .merge(charts::routes())
         .layer(DefaultBodyLimit::disable())
         .layer(CatchPanicLayer::new())
         .layer(from_fn_with_state(Arc::clone(&app), around))

@@ -8,6 +8,8 @@ import { canvasNow, frameNow, hasDome, hasGround, mapSide, moveCross, point, rep
 import { commands, setTextures, showCompared, showFiles, showPlan, stagesOf } from "./viewer/panels.js";
 import { hands, nearer, resetView, sunHand } from "./viewer/hands.js";
 import { placeOf, placeOfLine, showProblem } from "./viewer/wrong.js";
+import { fieldOf, sceneForm } from "./viewer/form.js";
+import { drawTradeoff, measureView } from "./viewer/tradeoff.js";
 import { player } from "./viewer/play.js";
 import { watch } from "./viewer/alive.js";
 
@@ -31,13 +33,12 @@ const say = (text) => { $("state").textContent = text; };
 function failed(error, box = $("problem")) {
   say("");
   const problem = error instanceof Refused ? error.problem : { title: "The server does not answer", detail: String(error.message || error) };
-  showProblem(box, problem, goTo);
+  showProblem(box, problem, goTo, (pointer) => fieldOf($("form"), pointer));
 }
 
 // Leads to what a problem is about: a control, or the place in the scene's text.
 function goTo(name, control) {
-  const part = control?.closest("details") || $("part-scene");
-  part.open = true;
+  for (let part = control?.closest("details") || $("part-scene"); part; part = part.parentElement?.closest("details")) part.open = true;
   if (control) return control.focus();
   const text = $("scene");
   const [from, to] = placeOf(text.value, name) || [0, 0];
@@ -162,6 +163,7 @@ function showRest(now) {
   showFiles($("files"), now, Number($("file-size").value), query);
   $("curl").textContent = commands(now, now.sent, query);
   if (document.activeElement !== $("scene")) $("scene").value = JSON.stringify(now.sent, null, 2);
+  showForm(now.sent);
 }
 
 const clock = (utc) => (utc ? utc.slice(11, 16) : null);
@@ -245,19 +247,50 @@ function readControl({ target }) {
   set({ [key]: value });
 }
 
-async function useScene() {
+// From the text, or from a field of the form, which leaves the time as it is.
+async function useScene(isField) {
   const text = $("scene").value;
   const box = $("scene-wrong");
   try {
     const answer = await register(text);
     showProblem(box, null);
-    set({ scene: JSON.stringify(JSON.parse(text)), preset: "", ...sunOf(answer.scene), time: 0 });
+    set({ scene: JSON.stringify(JSON.parse(text)), preset: "", ...sunOf(answer.scene), ...(isField ? {} : { time: 0 }) });
   } catch (error) {
     failed(error, box);
+    if (isField) return;
     const place = error instanceof Refused && (placeOf(text, error.problem.errors?.[0]?.pointer || "") || placeOfLine(text, error.problem.detail));
     $("scene").setAttribute("aria-invalid", "true");
     if (place) { $("scene").focus(); $("scene").setSelectionRange(...place); $("scene").scrollTop = Math.max(0, (text.slice(0, place[0]).split("\n").length - 4) * 18); }
   }
+}
+
+let showForm = () => {};
+let editing = 0;
+function fieldChanged(scene) {
+  $("scene").value = JSON.stringify(scene, null, 2);
+  clearTimeout(editing);
+  editing = setTimeout(() => useScene(true), 300);
+}
+
+let measuring = null;
+async function measure() {
+  if (measuring) return measuring.abort();
+  measuring = new AbortController();
+  const { signal } = measuring;
+  $("measure").textContent = "Stop";
+  try {
+    const now = await registered(signal);
+    const { width, height } = canvasNow();
+    await measureView(now, state, width / height, (points, all) => {
+      for (const id of ["tradeoff", "ways-box"]) $(id).removeAttribute("hidden");
+      drawTradeoff($("tradeoff"), $("ways"), points);
+      $("measured").textContent = `${points.length} of ${all}. Full: the error that the plan expects; rings: how far from the finest of these this view is, rms. Each at a moment of its own, from nothing.`;
+    }, signal);
+  } catch (error) {
+    if (!signal.aborted) failed(error);
+  }
+  measuring = null;
+  $("measure").textContent = "Measure this view by every method";
 }
 
 function choose(name) {
@@ -266,7 +299,7 @@ function choose(name) {
 }
 
 function fillMethods() {
-  const lists = { tolerance: ["", "0.005", "0.02", "0.05", "0.1", "0.3", "1"], method: ["", "forward", "analytic", "tabulated"], transport: ["", "columns", "tilted", "entry", "blended"],
+  const lists = { tolerance: ["", "0.005", "0.02", "0.05", "0.1", "0.3", "1"], method: ["", "forward", "analytic", "tabulated"], transport: ["", "columns", "tilted", "entry", "blended", "lattice"],
     cumulus: ["", "lattice", "octaves", "forward", "shader", "shader3"] };
   for (const [name, values] of Object.entries(lists)) for (const b of ["", "B"]) {
     const label = document.createElement("label");
@@ -286,9 +319,10 @@ function listen() {
   $("nearer").addEventListener("click", () => nearer(1.25));
   $("farther").addEventListener("click", () => nearer(0.8));
   $("reset").addEventListener("click", resetView);
-  $("use").addEventListener("click", useScene);
-  $("undo").addEventListener("click", () => { showProblem($("scene-wrong"), null); $("scene").value = JSON.stringify(sceneNow(), null, 2); });
-  $("scene").addEventListener("keydown", (event) => { if (event.key === "Enter" && (event.ctrlKey || event.metaKey)) useScene(); });
+  $("measure").addEventListener("click", measure);
+  $("use").addEventListener("click", () => useScene(false));
+  $("undo").addEventListener("click", () => { showProblem($("scene-wrong"), null); $("scene").value = JSON.stringify(sceneNow(), null, 2); showForm(sceneNow()); });
+  $("scene").addEventListener("keydown", (event) => { if (event.key === "Enter" && (event.ctrlKey || event.metaKey)) useScene(false); });
   $("file-size").addEventListener("change", () => sky && showRest(sky));
   $("copy").addEventListener("click", async () => {
     await navigator.clipboard.writeText($("curl").textContent);
@@ -335,7 +369,8 @@ async function start() {
     if (found.view === "ground") found.view = "dome";
   }
   try {
-    const [presets, limits] = await Promise.all([askJson("/v1/presets"), askJson("/v1/limits")]);
+    const [presets, limits, schema] = await Promise.all([askJson("/v1/presets"), askJson("/v1/limits"), askJson("/v1/schema/scene.json")]);
+    showForm = sceneForm($("form"), schema, fieldChanged);
     setTextures(limits.textures);
     setPresets(presets);
     for (const { name, title } of presets) $("preset").append(new Option(title, name));

@@ -144,6 +144,27 @@ fn limits_in_force_are_shown() {
 }
 
 #[test]
+fn charts_are_pages_with_their_pictures_and_tables() {
+    let common = common();
+    let page = common.server.get("/charts");
+    assert_eq!((page.status, page.header("content-type")), (200, "text/html; charset=utf-8"));
+    let text = page.text();
+    for chart in skyloom::chart::CHARTS {
+        assert!(text.contains(&format!("id=\"{}\"", chart.name)), "{}", chart.name);
+    }
+    let names: Vec<&str> = text.split("href=\"/charts/").skip(1).map(|rest| rest.split('"').next().unwrap()).collect();
+    let kept = std::fs::read_dir(concat!(env!("CARGO_MANIFEST_DIR"), "/docs/charts")).unwrap();
+    let kept = kept.map(|file| file.unwrap().file_name().into_string().unwrap()).filter(|name| !name.ends_with(".md"));
+    // Every picture once and every table, but for curves that no picture is of.
+    for name in kept.filter(|name| name != "fields-curves.csv") {
+        assert_eq!(names.iter().filter(|other| **other == name).count(), 1, "{name}");
+        let file = common.server.get(&format!("/charts/{name}"));
+        let media_type = if name.ends_with(".svg") { "image/svg+xml" } else { "text/csv; charset=utf-8" };
+        assert_eq!((file.status, file.header("content-type")), (200, media_type), "{name}");
+    }
+}
+
+#[test]
 fn the_viewer_loads_nothing_from_elsewhere() {
     let common = common();
     let page = common.server.get("/");

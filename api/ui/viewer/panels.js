@@ -50,6 +50,8 @@ export function drawHistogram(canvas, seen, gain, unit, isLight) {
   canvas.setAttribute("aria-label", `Histogram of luminance: half of the picture below ${digits(seen.middle)}, one in 200 above ${digits(seen.high)} ${unit}`);
 }
 
+export const tableOf = (table, names, rows) => table.replaceChildren(headOf(...names), ...rows.map((cells) => rowOf(...cells.map((each) => cell("td", each)))));
+
 export const percent = (x) => (Number.isFinite(x) ? `${Number((100 * x).toPrecision(2))} %` : "–");
 
 export function showPlan(table, plan) {
@@ -67,7 +69,7 @@ export const stagesOf = ({ timings }) => timings.filter(([, ms]) => ms >= 0.5).m
 // How far B is from A: root mean square, relative to that of A, and in the mean, relative to the mean of A.
 export function difference(a, b) {
   let square = 0, squares = 0, sum = 0, sums = 0;
-  const weigh = a.texture === "sky" ? (i) => Math.cos((0.5 - (Math.floor(i / (3 * a.width)) + 0.5) / a.height) * Math.PI) : () => 1;
+  const weigh = a.texture === "sky" && a.width === 2 * a.height ? (i) => Math.cos((0.5 - (Math.floor(i / (3 * a.width)) + 0.5) / a.height) * Math.PI) : () => 1;
   for (let i = 0; i < a.data.length; i++) {
     const weight = weigh(i);
     const apart = a.data[i] - b.data[i];

@@ -42,8 +42,8 @@ export function placeOfLine(text, detail) {
 
 const CONTROLS = { "/sun/zenith_deg": "zenith", "/sun/azimuth_deg": "azimuth", "/sun/latitude_deg": "lat", "/sun/longitude_deg": "lon", "/sun/utc": "date" };
 
-// Fills `box` with a problem; a field's button leads to it by `go(pointer)`.
-export function showProblem(box, problem, go) {
+// Fills `box` with a problem; a field's button leads to it by `go(pointer)`. `find` knows the controls of fields.
+export function showProblem(box, problem, go, find) {
   for (const each of document.querySelectorAll("[aria-invalid]")) each.removeAttribute("aria-invalid");
   box.hidden = !problem;
   if (!problem) return void box.replaceChildren();
@@ -52,7 +52,7 @@ export function showProblem(box, problem, go) {
   const list = document.createElement("ul");
   for (const { pointer = "", parameter = "", detail } of problem.errors || []) {
     const name = pointer || parameter;
-    const control = document.querySelector(`[data-key="${CONTROLS[name] || name.replace(/[^\w]/g, "")}"]`);
+    const control = document.querySelector(`[data-key="${CONTROLS[name] || name.replace(/[^\w]/g, "")}"]`) || (pointer && find?.(pointer)) || null;
     control?.setAttribute("aria-invalid", "true");
     const item = document.createElement("li");
     const button = Object.assign(document.createElement("button"), { type: "button", textContent: name });
