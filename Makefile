@@ -8,7 +8,7 @@ LISTEN ?= 127.0.0.1:8080
 # One profile for running, testing and measuring: dependencies are compiled once.
 FLAGS := --release --locked
 
-.PHONY: help run test attack load replicas ktx2 deploy-check fuzz driver fmt bench bench-baseline pictures charts figures audit
+.PHONY: help run test attack load replicas ktx2 examples deploy-check fuzz driver fmt bench bench-baseline pictures charts figures audit
 
 help:
 	@echo "make run       start the server with its viewer on http://$(LISTEN) (LISTEN=ADDR:PORT for another place)"
@@ -17,6 +17,7 @@ help:
 	@echo "make load      64 clients for a minute, and for another one beside large textures and new droplets (three minutes)"
 	@echo "make replicas  three servers on an S3 bucket behind nginx, one of them killed (installs nginx, builds an S3 server; some minutes)"
 	@echo "make ktx2      textures of KTX2 through Khronos' own reader and validator (builds them; a minute)"
+	@echo "make examples  the examples and the viewer, in Chromium, Blender and Python, as far as they are installed; says what was not run"
 	@echo "make deploy-check  the files of deploy through docker-compose, nginx and systemd, without running them (installs them)"
 	@echo "make fuzz      a million broken scenes, 100,000 images, queries, settings and jobs (some minutes)"
 	@echo "make bench     time of each stage, per texel, and how it stands to the committed baseline"
@@ -57,6 +58,10 @@ replicas:
 ktx2: driver
 	$(CARGO) build $(FLAGS)
 	@CARGO="$(CARGO)" .ci/ktx2 target/release/skyloom
+
+examples: driver
+	$(CARGO) build $(FLAGS)
+	@.ci/examples target/release/skyloom
 
 deploy-check: driver
 	$(CARGO) build $(FLAGS)

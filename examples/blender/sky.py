@@ -21,15 +21,17 @@ EXPOSURE_STOPS = -4.5
 
 
 def fetch(server, scene, time=0.0, size=1024):
-    """The panorama's file and the sun, in one reply."""
-    document = {"scene": scene, "time": time, "textures": [f"sky.exr?axes=blender&size={size}&depth=32"]}
+    """The panorama's file, that of the light on the ground with the clouds' shadows in it, and what is told of them, in one reply."""
+    textures = [f"sky.exr?axes=blender&size={size}&depth=32", "irradiance.exr?depth=32"]
+    document = {"scene": scene, "time": time, "textures": textures}
     request = urllib.request.Request(
         f"{server}/v1/render", json.dumps(document).encode(), {"Content-Type": "application/json"}
     )
     with urllib.request.urlopen(request) as reply:
         archive = zipfile.ZipFile(io.BytesIO(reply.read()))
     folder = tempfile.mkdtemp(prefix="skyloom-")
-    return archive.extract("sky.exr", folder), json.loads(archive.read("index.json"))["sun"]
+    paths = [archive.extract(name, folder) for name in ("sky.exr", "irradiance.exr")]
+    return *paths, json.loads(archive.read("index.json"))["sun"]
 
 
 def world(path):
@@ -61,6 +63,47 @@ def sun(told):
     return made
 
 
+def ground(path, extent_m, albedo=(0.2, 0.2, 0.2), tiles=9):
+    """The ground around the middle, lit as the server says: irradiance x albedo / pi is its radiance. Sun and sky are in that light, and the shadows of the
+    clouds; the lamp is for what stands on it. The map's upper edge is the north, +y, and it repeats."""
+    image = bpy.data.images.load(path)
+    image.colorspace_settings.name = "Non-Color"
+    side = extent_m * tiles / 2
+    plane = bpy.data.meshes.new("skyloom ground")
+    plane.from_pydata([(-side, -side, 0), (side, -side, 0), (side, side, 0), (-side, side, 0)], [], [(0, 1, 2, 3)])
+    material = bpy.data.materials.new("skyloom ground")
+    material.use_nodes = True
+    nodes, links = material.node_tree.nodes, material.node_tree.links
+    nodes.clear()
+    place, scale = nodes.new("ShaderNodeTexCoord"), nodes.new("ShaderNodeMapping")
+    scale.inputs["Scale"].default_value = (1 / extent_m, 1 / extent_m, 1)
+    scale.inputs["Location"].default_value = (0.5, 0.5, 0)
+    picture, light = nodes.new("ShaderNodeTexImage"), nodes.new("ShaderNodeEmission")
+    picture.image, picture.extension = image, "REPEAT"
+    reflect = nodes.new("ShaderNodeVectorMath")
+    reflect.operation = "MULTIPLY"
+    reflect.inputs[1].default_value = [part / math.pi for part in albedo]
+    out = nodes.new("ShaderNodeOutputMaterial")
+    links.new(place.outputs["Object"], scale.inputs["Vector"])
+    links.new(scale.outputs["Vector"], picture.inputs["Vector"])
+    links.new(picture.outputs["Color"], reflect.inputs[0])
+    links.new(reflect.outputs["Vector"], light.inputs["Color"])
+    links.new(light.outputs["Emission"], out.inputs["Surface"])
+    plane.materials.append(material)
+    return bpy.data.objects.new("skyloom ground", plane)
+
+
+def box(side_m=2.0, at=(0.0, 8.0)):
+    """Something to stand in the light: a white box."""
+    made = bpy.data.meshes.new("box")
+    low, high = -side_m / 2, side_m / 2
+    corners = [(x, y, z) for z in (0, side_m) for y in (low, high) for x in (low, high)]
+    made.from_pydata(corners, [], [(0, 2, 3, 1), (4, 5, 7, 6), (0, 1, 5, 4), (1, 3, 7, 5), (3, 2, 6, 7), (2, 0, 4, 6)])
+    made = bpy.data.objects.new("box", made)
+    made.location = (*at, 0.0)
+    return made
+
+
 def camera(azimuth_deg, elevation_deg, fov_deg=60.0):
     """Looks as the camera of skyloom does: degrees clockwise from north, +y, and above the horizon."""
     seen = bpy.data.cameras.new("camera")
@@ -71,17 +114,24 @@ def camera(azimuth_deg, elevation_deg, fov_deg=60.0):
     return made
 
 
-def main(scene_file, out="sky.png", server=SERVER, look="0,15"):
-    with open(scene_file, encoding="utf-8") as file:
-        path, told = fetch(server, json.load(file))
+def stage(scene_json, server=SERVER, look=(0.0, 15.0), size=1024):
+    """A scene of Blender with the sky around it, its sun, the ground in its light, and a camera; the box is for the eye."""
+    path, light, told = fetch(server, scene_json, size=size)
     scene = bpy.data.scenes.new("skyloom")
     scene.world = world(path)
-    scene.collection.objects.link(sun(told))
-    scene.camera = camera(*[float(part) for part in look.split(",")])
-    scene.collection.objects.link(scene.camera)
-    plane = bpy.data.meshes.new("ground")
-    plane.from_pydata([(-1e3, -1e3, 0), (1e3, -1e3, 0), (1e3, 1e3, 0), (-1e3, 1e3, 0)], [], [(0, 1, 2, 3)])
-    scene.collection.objects.link(bpy.data.objects.new("ground", plane))
+    scene.camera = camera(*look)
+    extent_m = scene_json.get("domain", {}).get("extent_m", 20_000)
+    for each in (sun(told), scene.camera, ground(light, extent_m)):
+        scene.collection.objects.link(each)
+    return scene
+
+
+def main(scene_file, out="sky.png", server=SERVER, look="0,15"):
+    azimuth, elevation = [float(part) for part in look.split(",")]
+    with open(scene_file, encoding="utf-8") as file:
+        scene = stage(json.load(file), server, (azimuth, elevation))
+    ahead = math.radians(azimuth)
+    scene.collection.objects.link(box(at=(10 * math.sin(ahead), 10 * math.cos(ahead))))
     scene.render.engine, scene.cycles.device, scene.cycles.samples = "CYCLES", "CPU", 32
     scene.render.resolution_x = scene.render.resolution_y = 256
     scene.view_settings.view_transform, scene.view_settings.exposure = "AgX", EXPOSURE_STOPS
