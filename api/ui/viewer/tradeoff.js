@@ -49,15 +49,13 @@ export async function measureView(sky, state, aspect, onPoint, signal) {
   return points;
 }
 
-const NS = "http://www.w3.org/2000/svg";
-const draw = (name, values, text) => {
-  const made = document.createElementNS(NS, name);
-  for (const [key, value] of Object.entries(values)) made.setAttribute(key, value);
-  if (text !== undefined) made.textContent = text;
-  return made;
-};
-
 export function drawTradeoff(svg, table, points) {
+  const draw = (name, values, text) => {
+    const made = document.createElementNS(svg.namespaceURI, name);
+    for (const [key, value] of Object.entries(values)) made.setAttribute(key, value);
+    if (text !== undefined) made.textContent = text;
+    return made;
+  };
   const WIDE = 320, HIGH = 220, LEFT = 44, LOW = 34;
   const range = (values) => {
     const [low, high] = [Math.min(...values), Math.max(...values)];
