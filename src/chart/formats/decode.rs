@@ -30,7 +30,7 @@ pub(super) fn values(
         "dds" => device(query, file.get(DDS_HEADER..).ok_or(BROKEN)?, texture),
         "ktx2" => {
             let at = file.get(KTX2_FIRST_LEVEL..).and_then(|index| index.first_chunk::<8>()).ok_or(BROKEN)?;
-            let start = usize::try_from(u64::from_le_bytes(*at)).map_err(|_| BROKEN)?;
+            let start = usize::try_from(u64::from_le_bytes(*at)).ok().ok_or(BROKEN)?;
             device(query, file.get(start..).ok_or(BROKEN)?, texture)
         }
         _ => Err(BROKEN),
@@ -110,11 +110,12 @@ fn exr(file: &[u8], texture: &Texture) -> Result<Vec<f32>, ChartError> {
         .first_valid_layer()
         .all_attributes()
         .from_buffered(Cursor::new(file))
-        .map_err(|_| BROKEN)?;
+        .ok()
+        .ok_or(BROKEN)?;
     let planes: Vec<Vec<f32>> = texture
         .channels
         .iter()
-        .filter_map(|name| image.layer_data.channel_data.list.iter().find(|channel| channel.name.eq(*name)))
+        .filter_map(|name| image.layer_data.channel_data.list.iter().find(|channel| channel.name.eq(name)))
         .map(|channel| channel.sample_data.values_as_f32().collect())
         .collect();
     if planes.len() != texture.channels.len() {
@@ -124,7 +125,7 @@ fn exr(file: &[u8], texture: &Texture) -> Result<Vec<f32>, ChartError> {
 }
 
 fn png(file: &[u8]) -> Result<Vec<f32>, ChartError> {
-    let image = image::load_from_memory_with_format(file, image::ImageFormat::Png).map_err(|_| BROKEN)?;
+    let image = image::load_from_memory_with_format(file, image::ImageFormat::Png).ok().ok_or(BROKEN)?;
     Ok(match image {
         image::DynamicImage::ImageLuma8(image) => image.iter().map(|value| f32::from(*value) / 255.0).collect(),
         image::DynamicImage::ImageLuma16(image) => image.iter().map(|value| f32::from(*value) / 65535.0).collect(),
