@@ -1,4 +1,4 @@
-//! Textures as files: OpenEXR with everything an engine must know, PNG to look at, Radiance pictures, containers of textures
+//! Textures as files: OpenEXR with everything an engine must know, PNG and WebP to look at, Radiance pictures, containers of textures
 //! for graphics devices, raw floats.
 //!
 //! The same texels and settings always give the same bytes, so files can be cached and compared by their hash. Values that
@@ -31,7 +31,7 @@ pub use self::mips::{Level, levels};
 pub use self::openexr::{Depth, to_exr};
 pub use self::output::{Alpha, Coding, Container, Format, Linear, Mips, Output, Packed};
 pub use self::parts::to_multi_part;
-pub use self::picture::{Exposure, METERED_GREY, Picture, PictureDepth, Tonemap, metered_white, to_png};
+pub use self::picture::{Exposure, METERED_GREY, Picture, PictureDepth, Tonemap, metered_white, to_png, to_webp};
 pub use self::pixels::Pixels;
 
 /// The bytes of a file. `white` is the linear value that a picture for eyes shows as white at exposure 0, above 0.
@@ -45,6 +45,7 @@ pub fn encode(pixels: &Pixels<'_>, metadata: &Metadata, output: &Output, white: 
             let bytes = to_png(pixels, picture, white)?;
             Ok(Encoded { bytes, bits: picture.depth().bits(), reason: None })
         }
+        Output::Webp(picture) => Ok(Encoded { bytes: to_webp(pixels, picture, white)?, bits: 8, reason: None }),
         Output::Hdr { .. } => radiance::to_hdr(pixels, metadata),
         Output::Packed(packed) => packed::to_packed(pixels, metadata, packed),
         Output::F16 { .. } => halves::to_f16(pixels, metadata.scale),

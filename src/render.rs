@@ -21,7 +21,7 @@ pub use file::encode;
 pub use stages::{SkyStages, Stages};
 
 use crate::cumulus;
-use crate::encode::{Exposure, Output, Picture, metered_white};
+use crate::encode::{Exposure, Picture, metered_white};
 use crate::gpu::{AdapterSummary, Gpu, GpuError};
 use crate::illumination::Illumination;
 use crate::method::{CumulusMethod, Method};
@@ -198,9 +198,9 @@ fn one_channel(data: &[f32], parts: [f64; 3]) -> Vec<f32> {
 fn white(request: &Request, light: &Illumination, data: &[f32], deepest_m: f64) -> f64 {
     let kind = request.texture();
     let scene = || kind.white(light.total().into_iter().fold(0.0, f64::max), deepest_m);
-    match request.output {
-        Output::Png(Picture::Display { exposure: Exposure::Ev100(ev100), .. }) => kind.white_of_camera(ev100),
-        Output::Png(Picture::Display { exposure: Exposure::Auto, .. }) => {
+    match request.output.picture() {
+        Some(Picture::Display { exposure: Exposure::Ev100(ev100), .. }) => kind.white_of_camera(ev100),
+        Some(Picture::Display { exposure: Exposure::Auto, .. }) => {
             metered_white(request.wanted.channels().len(), data).unwrap_or_else(scene)
         }
         _ => scene(),

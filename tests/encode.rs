@@ -12,7 +12,7 @@ use half::f16;
 use proptest::prelude::*;
 use skyloom::encode::{
     Alpha, At, Depth, EncodeError, Encoded, Exposure, Format, Frame, Linear, Metadata, Output, Picture, PictureDepth,
-    Pixels, Place, Tonemap, encode, to_exr, to_f32, to_png,
+    Pixels, Place, Tonemap, encode, to_exr, to_f32, to_png, to_webp,
 };
 use skyloom::image::{ImageEncoding, ImageLimits, decode};
 
@@ -393,6 +393,9 @@ fn one_entry_writes_every_format() {
         let bytes = to_png(&texture, &picture, 1.0).unwrap();
         assert_eq!(file(Output::Png(picture)), Encoded { bytes, bits, reason: None });
     }
+    let picture = Picture::mask(PictureDepth::Eight);
+    let bytes = to_webp(&texture, &picture, 1.0).unwrap();
+    assert_eq!(file(Output::Webp(picture)), Encoded { bytes, bits: 8, reason: None });
     for format in Format::ALL {
         assert_eq!(Output::new(format).format(), format);
     }
@@ -492,6 +495,30 @@ fn read_png(file: &[u8]) -> (image::ColorType, (u32, u32), Vec<u16>) {
         other => other.as_bytes().iter().copied().map(u16::from).collect(),
     };
     (image.color(), size, samples)
+}
+
+#[test]
+fn a_webp_has_the_samples_of_a_png_in_fewer_bytes() {
+    let side = 96_usize;
+    let value = |i: usize| ((i % side) as f32 * 0.011 + (i / side) as f32 * 0.003).fract();
+    for channels in [&["Y"][..], &["R", "G", "B"], &["R", "G", "B", "A"]] {
+        let count = channels.len();
+        let data: Vec<f32> =
+            (0..side * side).flat_map(|i| (0..count).map(move |c| value(i) * (1.0 - 0.2 * c as f32))).collect();
+        let texture = pixels(side as u32, side as u32, channels, &data);
+        for picture in [Picture::default(), Picture::mask(PictureDepth::Eight)] {
+            // Colours of a mask are divided by alpha, which may leave them outside.
+            let picture = if count == 4 { Picture::default() } else { picture };
+            let (png, webp) = (to_png(&texture, &picture, 1.0).unwrap(), to_webp(&texture, &picture, 1.0).unwrap());
+            let read = |file: &[u8], format| image::load_from_memory_with_format(file, format).unwrap().into_rgba8();
+            assert!(read(&png, image::ImageFormat::Png) == read(&webp, image::ImageFormat::WebP), "{channels:?}");
+            assert!(webp.len() < png.len(), "{channels:?}: {} and {} bytes", webp.len(), png.len());
+        }
+    }
+    let wide = vec![0.5; 16_384];
+    let error = to_webp(&row(&["Y"], &wide), &Picture::default(), 1.0).unwrap_err();
+    assert_eq!(error, EncodeError::TooWide { width: 16_384, height: 1 });
+    assert_eq!(error.field(), Some("size"));
 }
 
 fn samples(texture: &Pixels<'_>, picture: &Picture) -> Vec<u16> {

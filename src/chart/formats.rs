@@ -58,7 +58,7 @@ const SPECULAR: (&str, &str) = ("mips", "specular");
 const HALF: (&str, &str) = ("depth", "16");
 const FLOAT: (&str, &str) = ("depth", "32");
 const MASK: (&str, &str) = ("encoding", "linear");
-const WAYS: [Way; 20] = [
+const WAYS: [Way; 21] = [
     way(0, "f32", &[], BLACK),
     way(0, "exr", &[FLOAT], GREY),
     way(0, "f16", &[], BLUE),
@@ -78,6 +78,7 @@ const WAYS: [Way; 20] = [
     way(2, "exr", &[HALF], TEAL),
     way(2, "png", &[MASK, ("depth", "8")], ORANGE),
     way(2, "png", &[MASK, HALF], GREY),
+    way(2, "webp", &[MASK], BROWN),
     way(2, "ktx2", &[("coding", "bc4")], RED),
 ];
 

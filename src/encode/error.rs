@@ -128,6 +128,16 @@ pub enum EncodeError {
         /// Its place.
         at: At,
     },
+    /// More texels a side than a WebP file can have.
+    #[error(
+        "{width} x {height} texels are more than 16383 a side, the most of a WebP picture; allowed: format png, or a smaller size"
+    )]
+    TooWide {
+        /// Texels in a row.
+        width: u32,
+        /// Rows.
+        height: u32,
+    },
     /// The encoder of the file format failed.
     #[error("the file cannot be written: {0}")]
     Codec(String),
@@ -144,6 +154,7 @@ impl EncodeError {
             Self::OutsideShared { .. } | Self::TooDark { .. } => Some("scale"),
             Self::OutsideMask { .. } => Some("scale"),
             Self::Overflow { field, .. } => Some(field),
+            Self::TooWide { .. } => Some("size"),
             Self::NotFinite(_) | Self::Shape { .. } | Self::Codec(_) => None,
         }
     }

@@ -13,6 +13,8 @@ pub enum Format {
     Exr,
     /// A picture to look at, or a mask.
     Png,
+    /// A picture to look at, or a mask, in fewer bytes; lossless, 8 bits a sample.
+    Webp,
     /// Radiance HDR: three mantissas of 8 bits with a shared exponent.
     Hdr,
     /// A container of textures for graphics devices, of Khronos.
@@ -27,13 +29,15 @@ pub enum Format {
 
 impl Format {
     /// Every format.
-    pub const ALL: [Self; 7] = [Self::Exr, Self::Png, Self::Hdr, Self::Ktx2, Self::Dds, Self::F16, Self::F32];
+    pub const ALL: [Self; 8] =
+        [Self::Exr, Self::Png, Self::Webp, Self::Hdr, Self::Ktx2, Self::Dds, Self::F16, Self::F32];
 
     /// The file name's extension.
     pub fn extension(self) -> &'static str {
         match self {
             Self::Exr => "exr",
             Self::Png => "png",
+            Self::Webp => "webp",
             Self::Hdr => "hdr",
             Self::Ktx2 => "ktx2",
             Self::Dds => "dds",
@@ -47,6 +51,7 @@ impl Format {
         match self {
             Self::Exr => "image/x-exr",
             Self::Png => "image/png",
+            Self::Webp => "image/webp",
             Self::Hdr => "image/vnd.radiance",
             Self::Ktx2 => "image/ktx2",
             Self::Dds => "image/vnd-ms.dds",
@@ -107,6 +112,8 @@ pub enum Output {
     },
     /// PNG.
     Png(Picture),
+    /// WebP, of 8 bits a sample.
+    Webp(Picture),
     /// Radiance HDR.
     Hdr {
         /// The values; without alpha.
@@ -212,6 +219,7 @@ impl Output {
         match format {
             Format::Exr => Self::Exr { linear, depth: None },
             Format::Png => Self::Png(Picture::default()),
+            Format::Webp => Self::Webp(Picture::default()),
             Format::Hdr => Self::Hdr { linear },
             Format::Ktx2 => Self::Packed(Packed::new(Container::Ktx2)),
             Format::Dds => Self::Packed(Packed::new(Container::Dds)),
@@ -225,11 +233,20 @@ impl Output {
         match self {
             Self::Exr { .. } => Format::Exr,
             Self::Png(_) => Format::Png,
+            Self::Webp(_) => Format::Webp,
             Self::Hdr { .. } => Format::Hdr,
             Self::Packed(Packed { container: Container::Ktx2, .. }) => Format::Ktx2,
             Self::Packed(Packed { container: Container::Dds, .. }) => Format::Dds,
             Self::F16 { .. } => Format::F16,
             Self::F32 { .. } => Format::F32,
+        }
+    }
+
+    /// How values become samples, of a picture or a mask.
+    pub fn picture(&self) -> Option<Picture> {
+        match *self {
+            Self::Png(picture) | Self::Webp(picture) => Some(picture),
+            _ => None,
         }
     }
 
@@ -241,8 +258,10 @@ impl Output {
             | Self::Packed(Packed { linear, .. })
             | Self::F16 { linear }
             | Self::F32 { linear } => linear,
-            Self::Png(Picture::Mask { scale, .. }) => Linear { scale, alpha: Alpha::Premultiplied },
-            Self::Png(Picture::Display { .. }) => Linear::default(),
+            Self::Png(Picture::Mask { scale, .. }) | Self::Webp(Picture::Mask { scale, .. }) => {
+                Linear { scale, alpha: Alpha::Premultiplied }
+            }
+            Self::Png(Picture::Display { .. }) | Self::Webp(Picture::Display { .. }) => Linear::default(),
         }
     }
 

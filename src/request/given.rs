@@ -103,8 +103,7 @@ impl Given {
         }
         let has_alpha = texture.channels().contains(&"A");
         if has_alpha && self.format == Format::Hdr {
-            let detail =
-                "a Radiance picture (hdr) has no alpha, which this texture has; allowed: exr, png, ktx2, dds, f16, f32";
+            let detail = "a Radiance picture (hdr) has no alpha, which this texture has; allowed: exr, png, webp, ktx2, dds, f16, f32";
             return Some(("format", detail.to_owned()));
         }
         if let (Some(coding), Format::Ktx2 | Format::Dds) = (self.coding, self.format) {
@@ -199,6 +198,25 @@ impl Given {
         Packed { container, linear, coding, mips: self.mips }
     }
 
+    fn picture(&self, texture: TextureKind, depth: PictureDepth) -> Picture {
+        if self.mask {
+            return Picture::Mask { scale: self.scale, depth };
+        }
+        Picture::Display {
+            exposure: match self.ev100.map(Exposure::Ev100).or(self.exposure) {
+                Some(stops @ Exposure::Stops(_)) => stops,
+                // Parts of a whole are not brighter or darker by the hour.
+                Some(metered) if texture.is_light() => metered,
+                _ => Exposure::Stops(0.0),
+            },
+            // Parts of a whole are not light: a tone curve would bend them.
+            tonemap: if texture.is_light() { self.tonemap } else { Tonemap::None },
+            // Steps of 16 bits are finer than any screen's.
+            dither: self.dither && depth == PictureDepth::Eight,
+            depth,
+        }
+    }
+
     fn output(&self, texture: TextureKind) -> Output {
         let alpha = if texture == TextureKind::Cloud { self.alpha } else { Alpha::Premultiplied };
         let linear = Linear { scale: self.scale, alpha };
@@ -213,20 +231,8 @@ impl Given {
                 let depth = self.depth.map(|bits| if bits == 32 { Depth::Float } else { Depth::Half });
                 Output::Exr { linear, depth }
             }
-            Format::Png if self.mask => Output::Png(Picture::Mask { scale: self.scale, depth: picture }),
-            Format::Png => Output::Png(Picture::Display {
-                exposure: match self.ev100.map(Exposure::Ev100).or(self.exposure) {
-                    Some(stops @ Exposure::Stops(_)) => stops,
-                    // Parts of a whole are not brighter or darker by the hour.
-                    Some(metered) if texture.is_light() => metered,
-                    _ => Exposure::Stops(0.0),
-                },
-                // Parts of a whole are not light: a tone curve would bend them.
-                tonemap: if texture.is_light() { self.tonemap } else { Tonemap::None },
-                // Steps of 16 bits are finer than any screen's.
-                dither: self.dither && picture == PictureDepth::Eight,
-                depth: picture,
-            }),
+            Format::Png => Output::Png(self.picture(texture, picture)),
+            Format::Webp => Output::Webp(self.picture(texture, PictureDepth::Eight)),
         }
     }
 }

@@ -262,7 +262,7 @@ pub const QUERY_PARAMETERS: &[QueryParameter] = &[
         name: "scale",
         values: "1e-6 to 1e6",
         default: "1",
-        meaning: "multiplies linear output: all formats but a PNG for eyes",
+        meaning: "multiplies linear output: all formats but a PNG or WebP for eyes",
         read: |given, text| set(&mut given.scale, number(text, 1e-6, 1e6)),
         write: |request| Some(request.output.linear().scale.to_string()),
     },
@@ -270,14 +270,14 @@ pub const QUERY_PARAMETERS: &[QueryParameter] = &[
         name: "exposure",
         values: "-20 to 20 | auto",
         default: "0",
-        meaning: "exposure of a picture (PNG): stops from the scene's own light, or by what the picture shows",
+        meaning: "exposure of a picture (PNG, WebP): stops from the scene's own light, or by what the picture shows",
         read: |given, text| {
             let stops = || Some(Exposure::Stops(number(text, -20.0, 20.0)?));
             set(&mut given.exposure, Some(Some(if text == "auto" { Exposure::Auto } else { stops()? })))
         },
-        write: |request| match request.output {
-            Output::Png(Picture::Display { exposure: Exposure::Stops(stops), .. }) => Some(stops.to_string()),
-            Output::Png(Picture::Display { exposure: Exposure::Auto, .. }) => Some("auto".to_owned()),
+        write: |request| match request.output.picture() {
+            Some(Picture::Display { exposure: Exposure::Stops(stops), .. }) => Some(stops.to_string()),
+            Some(Picture::Display { exposure: Exposure::Auto, .. }) => Some("auto".to_owned()),
             _ => None,
         },
     },
@@ -287,8 +287,8 @@ pub const QUERY_PARAMETERS: &[QueryParameter] = &[
         default: "none",
         meaning: "a fixed camera instead of `exposure`, where light is in cd/m2: 1.2 x 2^ev100 cd/m2 are white before `tonemap`",
         read: |given, text| set(&mut given.ev100, Some(Some(number(text, -20.0, 40.0)?))),
-        write: |request| match request.output {
-            Output::Png(Picture::Display { exposure: Exposure::Ev100(ev100), .. }) => Some(ev100.to_string()),
+        write: |request| match request.output.picture() {
+            Some(Picture::Display { exposure: Exposure::Ev100(ev100), .. }) => Some(ev100.to_string()),
             _ => None,
         },
     },
@@ -296,10 +296,10 @@ pub const QUERY_PARAMETERS: &[QueryParameter] = &[
         name: "tonemap",
         values: "filmic | none",
         default: "filmic",
-        meaning: "tone curve of a picture (PNG) of light",
+        meaning: "tone curve of a picture (PNG, WebP) of light",
         read: |given, text| set(&mut given.tonemap, word(text, &Tonemap::ALL)),
-        write: |request| match request.output {
-            Output::Png(Picture::Display { tonemap, .. }) => Some(tonemap.name().to_owned()),
+        write: |request| match request.output.picture() {
+            Some(Picture::Display { tonemap, .. }) => Some(tonemap.name().to_owned()),
             _ => None,
         },
     },
@@ -307,10 +307,10 @@ pub const QUERY_PARAMETERS: &[QueryParameter] = &[
         name: "dither",
         values: "true | false",
         default: "false",
-        meaning: "an 8-bit picture (PNG) for eyes is rounded up or down by a pattern of noise, so that even skies show no bands",
+        meaning: "an 8-bit picture (PNG, WebP) for eyes is rounded up or down by a pattern of noise, so that even skies show no bands",
         read: |given, text| set(&mut given.dither, word(text, &[("true", true), ("false", false)])),
-        write: |request| match request.output {
-            Output::Png(Picture::Display { dither, .. }) => Some(dither.to_string()),
+        write: |request| match request.output.picture() {
+            Some(Picture::Display { dither, .. }) => Some(dither.to_string()),
             _ => None,
         },
     },
@@ -318,22 +318,23 @@ pub const QUERY_PARAMETERS: &[QueryParameter] = &[
         name: "encoding",
         values: "srgb | linear",
         default: "srgb",
-        meaning: "transfer of a PNG: a picture for eyes, or a mask of the values as they are",
+        meaning: "transfer of a PNG or WebP: a picture for eyes, or a mask of the values as they are",
         read: |given, text| set(&mut given.mask, word(text, &[("srgb", false), ("linear", true)])),
-        write: |request| match request.output {
-            Output::Png(picture) => Some(picture.encoding().to_owned()),
+        write: |request| match request.output.picture() {
+            Some(picture) => Some(picture.encoding().to_owned()),
             _ => None,
         },
     },
     QueryParameter {
         name: "depth",
-        values: "8 | 16 (PNG), 16 | 32 (EXR, KTX2, DDS), 16 (f16), 32 (f32)",
-        default: "8 (PNG); 16 where half floats hold the values, else 32 (EXR); 16 (KTX2, DDS, f16); 32 (f32)",
+        values: "8 | 16 (PNG), 8 (WebP), 16 | 32 (EXR, KTX2, DDS), 16 (f16), 32 (f32)",
+        default: "8 (PNG, WebP); 16 where half floats hold the values, else 32 (EXR); 16 (KTX2, DDS, f16); 32 (f32)",
         meaning: "bits a sample",
         read: |given, text| {
             let allowed: &[(&str, u32)] = match given.format {
                 Format::Exr | Format::Ktx2 | Format::Dds => &[("16", 16), ("32", 32)],
                 Format::Png => &[("8", 8), ("16", 16)],
+                Format::Webp => &[("8", 8)],
                 Format::F16 => &[("16", 16)],
                 Format::F32 => &[("32", 32)],
                 // Of shared exponents there is one kind.
@@ -345,7 +346,7 @@ pub const QUERY_PARAMETERS: &[QueryParameter] = &[
             Output::Exr { depth, .. } => depth.map(|depth| depth.bits().to_string()),
             Output::Png(picture) => Some(picture.depth().bits().to_string()),
             Output::Packed(Packed { coding: Coding::Float(depth), .. }) => Some(depth.bits().to_string()),
-            Output::Packed(_) | Output::Hdr { .. } | Output::F16 { .. } | Output::F32 { .. } => None,
+            Output::Packed(_) | Output::Webp(_) | Output::Hdr { .. } | Output::F16 { .. } | Output::F32 { .. } => None,
         },
     },
     QueryParameter {

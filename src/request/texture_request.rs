@@ -107,12 +107,12 @@ impl Request {
             if self.wanted.reference().is_some() {
                 wrong("wavelength", "method reference gives colours; allowed: rgb, or another method".to_owned());
             }
-            if matches!(self.output, Output::Png(Picture::Display { exposure: Exposure::Ev100(_), .. })) {
+            if matches!(self.output.picture(), Some(Picture::Display { exposure: Exposure::Ev100(_), .. })) {
                 wrong("ev100", "light of one wavelength has no luminance; allowed: exposure".to_owned());
             }
         }
-        if let (Output::Png(Picture::Display { exposure: Exposure::Ev100(_), .. }), Atmosphere::Given(_)) =
-            (self.output, &scene.atmosphere)
+        if let (Some(Picture::Display { exposure: Exposure::Ev100(_), .. }), Atmosphere::Given(_)) =
+            (self.output.picture(), &scene.atmosphere)
         {
             let detail =
                 "the scene's light is in its own unit, and a camera's is cd/m2; allowed: exposure, or a scene with air";

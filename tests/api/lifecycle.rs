@@ -137,9 +137,9 @@ fn limits_in_force_are_shown() {
     assert_eq!(limits["queue"]["depth"], 32);
     let textures = limits["textures"].as_array().unwrap();
     let formats = |name: &str| &textures.iter().find(|texture| texture["name"] == name).unwrap()["formats"];
-    assert_eq!(*formats("sky"), json!(["exr", "png", "hdr", "ktx2", "dds", "f16", "f32"]));
+    assert_eq!(*formats("sky"), json!(["exr", "png", "webp", "hdr", "ktx2", "dds", "f16", "f32"]));
     // That one has alpha.
-    assert_eq!(*formats("cloud"), json!(["exr", "png", "ktx2", "dds", "f16", "f32"]));
+    assert_eq!(*formats("cloud"), json!(["exr", "png", "webp", "ktx2", "dds", "f16", "f32"]));
     assert_eq!(textures.len(), 6);
 }
 

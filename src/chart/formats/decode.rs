@@ -26,7 +26,8 @@ pub(super) fn values(
         "f16" => Ok(halves(file)),
         "exr" => exr(file, texture),
         "hdr" => hdr(file, texture),
-        "png" => png(file),
+        "png" => picture(file, image::ImageFormat::Png),
+        "webp" => picture(file, image::ImageFormat::WebP),
         "dds" => device(query, file.get(DDS_HEADER..).ok_or(BROKEN)?, texture),
         "ktx2" => {
             let at = file.get(KTX2_FIRST_LEVEL..).and_then(|index| index.first_chunk::<8>()).ok_or(BROKEN)?;
@@ -124,11 +125,13 @@ fn exr(file: &[u8], texture: &Texture) -> Result<Vec<f32>, ChartError> {
     Ok((0..texels(texture)).flat_map(|i| planes.iter().map(move |plane| plane[i])).collect())
 }
 
-fn png(file: &[u8]) -> Result<Vec<f32>, ChartError> {
-    let image = image::load_from_memory_with_format(file, image::ImageFormat::Png).ok().ok_or(BROKEN)?;
+fn picture(file: &[u8], format: image::ImageFormat) -> Result<Vec<f32>, ChartError> {
+    let image = image::load_from_memory_with_format(file, format).ok().ok_or(BROKEN)?;
     Ok(match image {
         image::DynamicImage::ImageLuma8(image) => image.iter().map(|value| f32::from(*value) / 255.0).collect(),
         image::DynamicImage::ImageLuma16(image) => image.iter().map(|value| f32::from(*value) / 65535.0).collect(),
+        // A WebP is always in colour.
+        image::DynamicImage::ImageRgb8(image) => image.pixels().map(|texel| f32::from(texel.0[0]) / 255.0).collect(),
         _ => return Err(BROKEN),
     })
 }
