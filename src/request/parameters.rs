@@ -320,10 +320,7 @@ pub const QUERY_PARAMETERS: &[QueryParameter] = &[
         default: "srgb",
         meaning: "transfer of a PNG or WebP: a picture for eyes, or a mask of the values as they are",
         read: |given, text| set(&mut given.mask, word(text, &[("srgb", false), ("linear", true)])),
-        write: |request| match request.output.picture() {
-            Some(picture) => Some(picture.encoding().to_owned()),
-            _ => None,
-        },
+        write: |request| Some(request.output.picture()?.encoding().to_owned()),
     },
     QueryParameter {
         name: "depth",

@@ -7,9 +7,9 @@ import { difference, percent, tableOf } from "./panels.js";
 import { layersOf } from "./scene.js";
 
 const SIDE = 192;
-// Seconds between two of them: what moves is where it was.
+// Seconds between two of them: what moves is about where it was. A page begins somewhere within four seconds, as the server keeps what others asked for.
 const APART_S = 0.001;
-let moments = 0;
+let moments = Math.floor(4000 * Math.random());
 
 const words = (query) => Object.entries(query).map(([name, value]) => `${name} ${value}`).join(", ") || "default";
 
@@ -57,10 +57,7 @@ export function drawTradeoff(svg, table, points) {
     return made;
   };
   const WIDE = 320, HIGH = 220, LEFT = 44, LOW = 34;
-  const range = (values) => {
-    const [low, high] = [Math.min(...values), Math.max(...values)];
-    return [10 ** Math.floor(Math.log10(low) - 0.05), 10 ** Math.ceil(Math.log10(high) + 0.05)];
-  };
+  const range = (values) => [Math.min(...values) / 1.4, Math.max(...values) * 1.6];
   const errors = points.flatMap(({ expected, found }) => [expected, found]).filter((each) => each > 0);
   const times = range(points.map(({ ms }) => Math.max(0.1, ms)));
   const sizes = range(errors.length ? errors : [0.01, 0.1]);
@@ -68,15 +65,20 @@ export function drawTradeoff(svg, table, points) {
   const x = (ms) => LEFT + on(times, ms) * (WIDE - LEFT - 8);
   const y = (error) => HIGH - LOW - on(sizes, error) * (HIGH - LOW - 10);
   svg.setAttribute("viewBox", `0 0 ${WIDE} ${HIGH}`);
-  const decades = ([low, high]) => { const found = []; for (let at = low; at <= high * 1.001; at *= 10) found.push(at); return found; };
+  // 1, 2 and 5 of each power of ten.
+  const round = ([low, high]) => {
+    const found = [];
+    for (let unit = 10 ** Math.floor(Math.log10(low)); unit <= high; unit *= 10) found.push(...[1, 2, 5].map((each) => each * unit).filter((each) => each >= low && each <= high));
+    return found;
+  };
   const parts = [];
-  for (const at of decades(times)) parts.push(draw("line", { x1: x(at), x2: x(at), y1: 10, y2: HIGH - LOW, class: "grid" }), draw("text", { x: x(at), y: HIGH - LOW + 13, "text-anchor": "middle" }, digits(at)));
-  for (const at of decades(sizes)) parts.push(draw("line", { x1: LEFT, x2: WIDE - 8, y1: y(at), y2: y(at), class: "grid" }), draw("text", { x: LEFT - 4, y: y(at) + 4, "text-anchor": "end" }, percent(at)));
+  for (const at of round(times)) parts.push(draw("line", { x1: x(at), x2: x(at), y1: 10, y2: HIGH - LOW, class: "grid" }), draw("text", { x: x(at), y: HIGH - LOW + 13, "text-anchor": "middle" }, digits(at)));
+  for (const at of round(sizes)) parts.push(draw("line", { x1: LEFT, x2: WIDE - 8, y1: y(at), y2: y(at), class: "grid" }), draw("text", { x: LEFT - 4, y: y(at) + 4, "text-anchor": "end" }, percent(at)));
   parts.push(draw("text", { x: (LEFT + WIDE) / 2, y: HIGH - 4, "text-anchor": "middle" }, "milliseconds of the server"));
   points.forEach(({ ms, expected, found, side }, i) => {
     const strong = side ? " own" : "";
     if (found > 0) parts.push(draw("circle", { cx: x(ms), cy: y(found), r: 4, class: `ring${strong}` }));
-    parts.push(draw("circle", { cx: x(ms), cy: y(expected), r: 4, class: `dot${strong}` }), draw("text", { x: x(ms) + 6, y: y(expected) - 5, class: "name" }, side || String(i + 1)));
+    parts.push(draw("circle", { cx: x(ms), cy: y(expected), r: 4, class: `dot${strong}` }), draw("text", { x: x(ms) + 6, y: y(expected) + (i % 2 ? 14 : -5), class: "name" }, side || String(i + 1)));
   });
   svg.replaceChildren(...parts);
   svg.setAttribute("aria-label", `Time against error of ${points.length} ways to render this view; the table below has the numbers`);
