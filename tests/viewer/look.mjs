@@ -97,7 +97,10 @@ for (const [name, options] of SCREENS) {
   await page.waitForTimeout(600);
   check((await stateOf(page)).zenith === "110", "the slider goes to its end");
   await page.keyboard.press("Home");
+  // Until the picture rests: its files are listed anew then.
+  await page.waitForTimeout(1000);
   await shown(page);
+  await page.waitForTimeout(1500);
   // Every part opens by Enter, and what it holds is reached by Tab: the curl line too.
   for (let i = 0; i < 20; i++) {
     const closed = page.locator(".panel > details:not([open]) > summary").first();
