@@ -7,27 +7,32 @@
 @group(0) @binding(0) var<uniform> frame: Frame;
 @group(0) @binding(1) var<uniform> disc: Disc;
 @group(0) @binding(2) var thickness: texture_2d<f32>;
-// In the end floats: texels along that a ray from each line is in cloud of the layer's extinction.
+// In the end floats: how far along each ray is in cloud of the layer's extinction, from start to start 1.
 @group(0) @binding(3) var<storage, read_write> swept: array<i32>;
 
 @compute @workgroup_size(64, 1, 1)
 fn main(@builtin(global_invocation_id) id: vec3<u32>) {
-    let sweep = sweep_towards(thickness, disc.towards[id.y].xyz);
-    if i32(id.x) >= sweep.size.y || id.y >= disc.directions {
+    if id.y >= disc.directions {
         return;
     }
-    let row = sweep_row(sweep, id.y, id.x);
-    let last = sweep.size.x;
+    let way = disc.ways[id.y];
+    let size = sweep_size(thickness, way);
+    if i32(id.x) >= size.y {
+        return;
+    }
+    let row = sweep_row(sweep_rows(thickness), id.y, id.x);
+    let between = i32(disc.between);
+    let last = size.x * between;
     for (var i = 0; i < last + 2; i++) {
         swept[row + u32(i)] = 0;
     }
     // Beyond, nothing is met by a ray that starts in the row.
-    let ends = last + i32(ceil(frame.place.depth_m * sweep.per_metre));
-    var first = column_at(sweep, id.x, 0);
+    let ends = size.x + i32(ceil(frame.place.depth_m * way.per_metre / f32(between)));
+    var first = column_at(way, size, id.x, 0);
     for (var i = 0; i < ends; i++) {
-        let other = column_at(sweep, id.x, i + 1);
+        let other = column_at(way, size, id.x, i + 1);
         if max(first.x, other.x) > 0.0 {
-            sweep_add(row, last, i, first, other, sweep.per_metre);
+            sweep_add(row, last, i, first, other, way.per_metre);
         }
         first = other;
     }
@@ -41,21 +46,24 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
 }
 
 // The column where a row crosses a line.
-fn column_at(sweep: Sweep, row: u32, i: i32) -> vec4<f32> {
-    let along = select(f32(i), f32(sweep.size.x - 1 - i), sweep.backwards);
-    let place = (vec2<f32>(along, f32(row) + sweep.across * f32(i)) + 0.5) / f32(disc.fine) - 0.5;
+fn column_at(way: DiscWay, size: vec2<i32>, row: u32, i: i32) -> vec4<f32> {
+    let along = f32(select(i, size.x - 1 - i, way.backwards == 1u));
+    // Lines go through the centres of texels, where the map is bent.
+    let place = vec2<f32>(along / f32(disc.lines), (f32(row) + way.across * f32(i) + 0.5) / f32(disc.fine) - 0.5);
     let low = vec2<i32>(floor(place));
     let part = place - floor(place);
-    let near = mix(texel_at(sweep, low), texel_at(sweep, low + vec2<i32>(1, 0)), part.x);
-    let far = mix(texel_at(sweep, low + vec2<i32>(0, 1)), texel_at(sweep, low + 1), part.x);
+    let near = mix(texel_at(way, low), texel_at(way, low + vec2<i32>(1, 0)), part.x);
+    let far = mix(texel_at(way, low + vec2<i32>(0, 1)), texel_at(way, low + 1), part.x);
     return mix(near, far, part.y);
 }
 
-fn texel_at(sweep: Sweep, place: vec2<i32>) -> vec4<f32> {
-    let size = sweep.size / i32(disc.fine);
+fn texel_at(way: DiscWay, place: vec2<i32>) -> vec4<f32> {
+    let flipped = way.flipped == 1u;
+    let map = vec2<i32>(textureDimensions(thickness));
+    let size = select(map, map.yx, flipped);
     let tiles = floor((vec2<f32>(place) + 0.5) / vec2<f32>(size));
     let at = place - vec2<i32>(tiles) * size;
-    return textureLoad(thickness, select(at, at.yx, sweep.flipped), 0);
+    return textureLoad(thickness, select(at, at.yx, flipped), 0);
 }
 
 // Adds what is met by rays that start beyond `seen_from`, by those between the two a part of it.

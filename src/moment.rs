@@ -117,8 +117,8 @@ fn layer(job: &Job, number: usize, fields: &[Arc<Field>], light: &Illumination) 
         extent_m,
         base_m,
         depth_m,
-        side: texels,
-        coarser_side: sides[0].min(sides[1]),
+        map: sides,
+        max_steps: max_steps.into(),
         synthetic: matches!(layer.shape.thickness, Some(Thickness::Stratocumulus(_))) && !layer.shape.has_maps(),
         lines: (LINES_OF_SLOPE * slope(sun) * depth_m * texels / extent_m).clamp(1.0, max_steps.into()),
         lines_of_slope: LINES_OF_SLOPE,
@@ -220,7 +220,7 @@ impl Moment {
     /// The same of the rays that look for the sun from a texel of the ground.
     pub(crate) fn sun_cuts(&self) -> f64 {
         let sun = self.illumination.towards_sun;
-        let each = |layer: &LayerMoment| if layer.rays.fine > 0 { SWEPT_LINES } else { layer.cuts(sun) };
+        let each = |layer: &LayerMoment| if layer.rays.swept.is_some() { SWEPT_LINES } else { layer.cuts(sun) };
         let cuts = |layer: &LayerMoment| layer.rays.count() as f64 * each(layer);
         self.layers.iter().map(cuts).sum::<f64>().max(1.0)
     }

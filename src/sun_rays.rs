@@ -3,24 +3,31 @@
 //! What is swept over a layer (`shaders/sun_sweep.wgsl`) is met by all rays of one direction. Places on the disc that are so close that their rays part
 //! little within the layer, against what the whole disc blurs, are one direction there: they only cross it side by side.
 
-use crate::gpu::layout::{Disc, DiscPlace, MIN_COSINE};
+use crate::gpu::layout::{Disc, DiscPlace, DiscWay, MIN_COSINE};
 use glam::{DVec2, DVec3, dvec2};
 
 /// Places on the sun's disc that are looked at for one texel of its shadow, where its penumbra is seen: four for each texel that it is wide,
 /// so that the beam is within 0.01, root mean square (docs/method.md, section 5).
 const PLACES: [f64; 2] = [8.0, Disc::MOST as f64];
-/// Measured on a software device: what it costs to sweep over a column, and to read a ray from what was swept, in lines of a ray that is followed by itself.
-const SWEEP_LINES: f64 = 4.0;
-pub(crate) const SWEPT_LINES: f64 = 7.0;
-/// Rays are swept this many times as dense as the map's texels, over the texels that the disc blurs sideways of its rays: then the beam is
-/// within 0.01 of that of single rays, root mean square (docs/method.md, section 5).
+/// Measured on a software device: what it costs to sweep over a column, to start a ray, and to read a ray from what was swept, in lines of a ray that is
+/// followed by itself.
+const SWEEP_LINES: f64 = 2.0;
+const START_LINES: f64 = 0.6;
+pub(crate) const SWEPT_LINES: f64 = 5.0;
+/// So many swept rays are beside each other in the width that the disc blurs sideways of its rays, and one after the other in that along them: then the
+/// beam is within 0.01 of that of single rays, root mean square (docs/method.md, section 5).
 const SWEEP_FINE: f64 = 5.5;
+/// Of a low sun, whose disc blurs far along its rays, as many rays start in a texel: the beam is curved between them.
+const LEAST_STARTS: f64 = 2.0;
+/// Lines at which rows look at columns, for each texel of the map, where so many rays start in it: rays that cross the map aslant meet lines of texels
+/// between those that they are named by. With two the preset `snow` errs by 0.0106 at 75 degrees, with three or four by 0.0062.
+const SWEEP_COLUMNS: u32 = 3;
 /// Metres between rays towards a sun that is a point, over synthetic fields: these are smooth enough at so small a scale, and no blur hides the rest. It is
 /// worth it only where it is so many times cheaper.
 const POINT_SPACING_M: f64 = 5.0;
 const POINT_MARGIN: f64 = 4.0;
 /// Denser rays cost more than marched ones.
-const MOST_SWEPT_FINE: f64 = 8.0;
+const MOST_SWEPT_FINE: f64 = 16.0;
 /// Rays a side of what is swept at most: their square of floats is what a device must bind at least, 128 MiB (`SWEPT_BYTES` in `shade/ground.rs`).
 /// Wider maps, which only images have, are marched.
 const MOST_SWEPT_SIDE: f64 = 5700.0;
@@ -40,9 +47,10 @@ pub(crate) struct Crossed {
     /// Height of the layer's base, and of its top above that.
     pub(crate) base_m: f64,
     pub(crate) depth_m: f64,
-    /// Texels of the layer's map a side: on its finer axis and on its coarser one.
-    pub(crate) side: f64,
-    pub(crate) coarser_side: f64,
+    /// Texels of the layer's map across and down.
+    pub(crate) map: [f64; 2],
+    /// How often a ray is cut at most.
+    pub(crate) max_steps: f64,
     /// Whether the map is a synthetic field's, down to its texels.
     pub(crate) synthetic: bool,
     /// Lines between texels that a ray crosses, and for each texel that it goes over the map.
@@ -52,11 +60,43 @@ pub(crate) struct Crossed {
     pub(crate) ground_side: Option<f64>,
 }
 
+/// How dense rays are swept, for each texel of the map.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) struct Dense {
+    /// Rows of rays, across.
+    pub(crate) rows: u32,
+    /// Lines at which rows look at columns, along, and rays that start from each line on to the next.
+    lines: u32,
+    between: u32,
+}
+
+impl Dense {
+    /// Rays that start, along.
+    pub(crate) fn starts(self) -> u32 {
+        self.lines * self.between
+    }
+
+    /// What is kept of a row over so many texels.
+    fn row_numbers(self, texels: usize) -> usize {
+        self.starts() as usize * texels + 2
+    }
+
+    /// What is kept of the rays of one direction over a map of so many texels on its longer side.
+    pub(crate) fn numbers(self, texels: usize) -> usize {
+        self.rows as usize * texels * self.row_numbers(texels)
+    }
+
+    /// What it costs to sweep over a texel of the map, in lines of a ray that is followed by itself.
+    fn cost(self) -> f64 {
+        f64::from(self.rows) * (SWEEP_LINES * f64::from(self.lines) + START_LINES * f64::from(self.starts()))
+    }
+}
+
 /// Rays towards the sun's disc.
 #[derive(Debug, Clone)]
 pub(crate) struct SunRays {
-    /// How many times as dense as the map's texels they are swept; 0 where each is followed by itself.
-    pub(crate) fine: u32,
+    /// How dense they are swept; `None` where each is followed by itself.
+    pub(crate) swept: Option<Dense>,
     /// Directions, each with the places that share it.
     directions: Vec<(DVec3, Vec<DiscPlace>)>,
     crossed: Crossed,
@@ -89,6 +129,31 @@ fn places(sun: DVec3, radius: f64, count: u32) -> Vec<DVec3> {
 }
 
 impl Crossed {
+    /// Texels on the longer side of the map.
+    fn side(&self) -> f64 {
+        self.map[0].max(self.map[1])
+    }
+
+    /// Rays of a direction, as they go over the map in rows.
+    fn way(&self, towards: DVec3, dense: Dense) -> DiscWay {
+        let texels = slope(towards) * DVec2::from_array(self.map) / self.extent_m;
+        // As a marched ray does: a ray that would be cut too often goes a shorter way.
+        let texels = texels / (self.depth_m * (texels.x.abs() + texels.y.abs()) / self.max_steps).max(1.0);
+        // The map's rows go south.
+        let texels = dvec2(texels.x, -texels.y);
+        let flipped = texels.y.abs() > texels.x.abs();
+        let [along, across] = if flipped { [texels.y, texels.x] } else { [texels.x, texels.y] };
+        let per_metre = along.abs().max(1e-9);
+        DiscWay {
+            towards: towards.as_vec3().to_array(),
+            across: (across / per_metre * f64::from(dense.rows) / f64::from(dense.lines)) as f32,
+            per_metre: (per_metre * f64::from(dense.starts())) as f32,
+            flipped: flipped.into(),
+            backwards: (along < 0.0).into(),
+            spare: 0,
+        }
+    }
+
     /// Width of the penumbra of the layer's top on the ground, metres.
     fn penumbra_m(&self) -> f64 {
         let cosine = self.sun[2].max(0.01);
@@ -102,21 +167,30 @@ impl Crossed {
 
     /// Places for a penumbra: one where it is narrower than half a texel of the ground.
     fn places(&self) -> u32 {
-        let texels = self.penumbra_m() * self.ground_side.unwrap_or(self.side) / self.extent_m;
+        let texels = self.penumbra_m() * self.ground_side.unwrap_or(self.side()) / self.extent_m;
         if texels < 0.5 { 1 } else { (4.0 * texels).clamp(PLACES[0], PLACES[1]) as u32 }
     }
 
     /// How dense rays are swept towards so many places; `None` where that would not be enough.
-    fn fine(&self, places: usize) -> Option<f64> {
-        let spacing_m = match places {
-            // The wider the disc's blur, the less it matters how single rays are blended.
-            2.. => self.blur_m() / SWEEP_FINE,
-            _ if self.synthetic => POINT_SPACING_M,
+    fn dense(&self, places: usize) -> Option<Dense> {
+        let texel_m = self.extent_m / self.map[0].min(self.map[1]);
+        let [rows, starts] = match places {
+            // The wider the disc's blur, the less it matters how single rays are blended; along them it is wider than across. Rows run along an axis.
+            2.. => {
+                let texels = texel_m * SWEEP_FINE / self.blur_m();
+                let along = DVec2::from_slice(&self.sun[..2]).normalize_or(DVec2::X).abs().max_element();
+                [texels * along, (texels * self.sun[2].max(0.0) / along).max(LEAST_STARTS)]
+            }
+            _ if self.synthetic => [texel_m / POINT_SPACING_M; 2],
             _ => return None,
         };
-        let fine = (self.extent_m / self.coarser_side / spacing_m).ceil().max(1.0);
-        let most = (MOST_SWEPT_SIDE / self.side).floor();
-        (fine <= MOST_SWEPT_FINE && most >= 1.0).then(|| fine.min(most))
+        let most = (MOST_SWEPT_SIDE / self.side()).floor();
+        if rows.ceil() > MOST_SWEPT_FINE || most < 1.0 {
+            return None;
+        }
+        let [rows, starts] = [rows, starts].map(|dense| dense.ceil().clamp(1.0, most) as u32);
+        let lines = starts.min(SWEEP_COLUMNS);
+        Some(Dense { rows, lines, between: starts / lines + u32::from((starts % lines) * 2 >= lines) })
     }
 
     /// Groups places whose rays stay side by side within the layer: the number of each one's group.
@@ -148,15 +222,15 @@ impl Crossed {
         let towards_sun = places(sun, self.radius, self.places());
         let slopes: Vec<DVec2> = towards_sun.iter().map(|towards| slope(*towards)).collect();
         let (groups, count) = self.grouped(&slopes);
-        let (places, row) = (slopes.len() as f64, self.side + self.lines / self.lines_of_slope);
-        let cheaper = |fine: &f64| {
+        let (places, row) = (slopes.len() as f64, self.side() + self.lines / self.lines_of_slope);
+        let cheaper = |dense: &Dense| {
             let texels = self.ground_side.map_or(0.0, |side| side * side);
-            let swept = SWEEP_LINES * fine * fine * self.side * row * count as f64 + SWEPT_LINES * places * texels;
+            let swept = dense.cost() * self.side() * row * count as f64 + SWEPT_LINES * places * texels;
             let margin = if slopes.len() > 1 { 1.0 } else { POINT_MARGIN };
             margin * swept < self.lines * places * texels
         };
-        let fine = self.fine(slopes.len()).filter(|fine| may_be_swept && cheaper(fine));
-        let (groups, count) = match fine {
+        let swept = self.dense(slopes.len()).filter(|dense| may_be_swept && cheaper(dense));
+        let (groups, count) = match swept {
             Some(_) => (groups, count),
             None => ((0..slopes.len()).collect(), slopes.len()),
         };
@@ -173,11 +247,7 @@ impl Crossed {
             let own = if alone { towards_sun[members[0]] } else { towards(middle) };
             (own, members.iter().map(place).collect())
         };
-        SunRays {
-            fine: fine.map_or(0, |fine| fine as u32),
-            directions: (0..count).map(direction).collect(),
-            crossed: *self,
-        }
+        SunRays { swept, directions: (0..count).map(direction).collect(), crossed: *self }
     }
 }
 
@@ -197,9 +267,18 @@ impl SunRays {
         let mut parts = Vec::new();
         let mut first = 0;
         for directions in self.directions.chunks(most.max(1)) {
-            let mut part = Disc { fine: self.fine, first: first as u32, total: self.count() as u32, ..Disc::default() };
+            let dense = self.swept.unwrap_or(Dense { rows: 0, lines: 1, between: 1 });
+            let mut part = Disc {
+                fine: dense.rows,
+                lines: dense.lines,
+                between: dense.between,
+                row_numbers: dense.row_numbers(self.crossed.side() as usize) as u32,
+                first: first as u32,
+                total: self.count() as u32,
+                ..Disc::default()
+            };
             for (number, (towards, places)) in directions.iter().enumerate() {
-                part.towards[number] = towards.extend(0.0).as_vec4().to_array();
+                part.ways[number] = self.crossed.way(*towards, dense);
                 part.directions += 1;
                 for place in places {
                     part.places[part.count as usize] = DiscPlace { direction: number as u32, ..*place };

@@ -8,9 +8,9 @@ use naga::valid::{Capabilities, ValidationFlags, Validator};
 use naga::{Expression, Literal, Module, ShaderStage, TypeInner};
 use skyloom::cumulus::{self, dressed};
 use skyloom::gpu::layout::{
-    self, Backdrop, Blend, Blur, Cells, Columns, Cumulus, CumulusSurface, Disc, DiscPlace, Eddies, Frame, Histogram,
-    LatticeLight, Medium, Octaves, Placement, Remainder, Share, SkyView, Step, Streets, Sun, SunMaps, Transfer, Turned,
-    View,
+    self, Backdrop, Blend, Blur, Cells, Columns, Cumulus, CumulusSurface, Disc, DiscPlace, DiscWay, Eddies, Frame,
+    Histogram, LatticeLight, Medium, Octaves, Placement, Remainder, Share, SkyView, Step, Streets, Sun, SunMaps,
+    Transfer, Turned, View,
 };
 use skyloom::gpu::shaders::{self, Shader};
 use skyloom::projection::SphereLayout;
@@ -65,7 +65,8 @@ fn host_layouts() -> Vec<(&'static str, Layout)> {
         host_layout!(Placement { offset_uv, shift_uv, above_uv, extent_m, base_m, depth_m, max_steps, lowest, ragged }),
         host_layout!(SunMaps { sample_at, texels, columns }),
         host_layout!(DiscPlace { shift_uv, cosine, direction }),
-        host_layout!(Disc { fine, directions, count, first, total, spare_0, spare_1, spare_2, towards, places }),
+        host_layout!(DiscWay { towards, across, per_metre, flipped, backwards, spare }),
+        host_layout!(Disc { fine, directions, count, first, total, lines, between, row_numbers, ways, places }),
         host_layout!(Frame { sun, medium, place, maps }),
         host_layout!(View {
             towards,

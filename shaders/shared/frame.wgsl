@@ -60,18 +60,27 @@ struct DiscPlace {
     direction: u32,           // which of the directions its rays have within the layer
 }
 
+// Rays towards the sun's disc that are side by side within a layer.
+struct DiscWay {
+    towards: vec3<f32>,       // unit vector
+    across: f32,              // rows that they go across for each line: this and the following are theirs where they are swept
+    per_metre: f32,           // starts of rays that they go along for each metre of height
+    flipped: u32,             // 1: along is the second axis of the map, southwards
+    backwards: u32,           // 1: they go towards smaller texels
+    spare: u32,
+}
+
 // Places on the sun's disc that are looked at together.
 struct Disc {
-    fine: u32,                // how many times as dense as the map's texels rays from the ground are swept over the layer, 0: each is
-                              // followed by itself
+    fine: u32,                // rows of rays that are swept over a layer for each of its map's texels across, 0: each ray is followed by itself
     directions: u32,
     count: u32,               // places
     first: u32,               // of all that are looked at, so many come before these
     total: u32,               // how many are looked at in all
-    spare_0: u32,
-    spare_1: u32,
-    spare_2: u32,
-    towards: array<vec4<f32>, 32>, // unit vectors; the fourth is unused
+    lines: u32,               // lines for each texel along, at which a row looks at columns
+    between: u32,             // rays that start from each line on to the next
+    row_numbers: u32,         // what is kept of a row
+    ways: array<DiscWay, 32>,
     places: array<DiscPlace, 32>,
 }
 

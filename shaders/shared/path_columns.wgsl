@@ -45,7 +45,7 @@ fn path_stretch(
         let next_place = place + slope * next_m;
         if !(block.before || block.after) {
             let low = vec2<i32>(cell);
-            let high = (low + 1) % vec2<i32>(size);
+            let high = select(low + 1, vec2<i32>(0), low + 1 >= vec2<i32>(size));
             let north_west = textureLoad(map, low, 0);
             let north_east = textureLoad(map, vec2<i32>(high.x, low.y), 0);
             let south_west = textureLoad(map, vec2<i32>(low.x, high.y), 0);

@@ -13,7 +13,7 @@ const SUN_RAY_PIECES: f32 = 10.0;
 
 // Height crossed in cloud of the layer's extinction, or so much that the beam is dark: see path_in_layer.
 fn height_to_sun(direction: u32, base_uv: vec2<f32>) -> f32 {
-    let up = disc.towards[direction].xyz;
+    let up = disc.ways[direction].towards;
     let cosine = max(up.z, MIN_COSINE);
     let slope = path_slope(frame, up);
     let excess = path_excess(thickness, frame, slope);

@@ -1,6 +1,6 @@
 // What a sweep counts of a layer whose columns have bases, tops and extinctions of their own.
 
-// Cloud is counted in so many parts of a texel along: whole numbers, whose sums are the same in any order.
+// Cloud is counted in so many parts of the way from start to start: whole numbers, whose sums are the same in any order.
 const SWEEP_PARTS: f32 = 16384.0;
 // Cloud denser than this, relative to the layer's extinction, counts as so dense and as deeper: then the longest ray's sum has a
 // number.
@@ -13,8 +13,8 @@ fn sweep_add(row: u32, last: i32, i: i32, first: vec4<f32>, other: vec4<f32>, pe
     let bases = vec2<f32>(first.z, other.z);
     let tops = max(vec2<f32>(first.y, other.y), bases + least_m);
     let deep_m = 0.5 * (tops.x + tops.y - bases.x - bases.y);
-    let lines = vec2<f32>(f32(i), f32(i + 1));
-    let weight = i32(round(path_m / deep_m * SWEEP_PARTS));
-    sweep_ramp(row, last, lines - tops * per_metre, weight);
-    sweep_ramp(row, last, lines - bases * per_metre, -weight);
+    let starts = f32(disc.between) * vec2<f32>(f32(i), f32(i + 1));
+    let weight = i32(round(path_m / deep_m * f32(disc.between) * SWEEP_PARTS));
+    sweep_ramp(row, last, starts - tops * per_metre, weight);
+    sweep_ramp(row, last, starts - bases * per_metre, -weight);
 }

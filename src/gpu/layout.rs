@@ -121,11 +121,29 @@ pub struct DiscPlace {
     pub direction: u32,
 }
 
+/// Rays towards the sun's disc that are side by side within a layer.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, Pod, Zeroable)]
+pub struct DiscWay {
+    /// Unit vector.
+    pub towards: [f32; 3],
+    /// Rows that they go across for each line: this and the following are theirs where they are swept.
+    pub across: f32,
+    /// Starts of rays that they go along for each metre of height.
+    pub per_metre: f32,
+    /// 1: along is the second axis of the map, southwards.
+    pub flipped: u32,
+    /// 1: they go towards smaller texels.
+    pub backwards: u32,
+    /// Unused.
+    pub spare: u32,
+}
+
 /// Places on the sun's disc that are looked at together.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq, Default, Pod, Zeroable)]
 pub struct Disc {
-    /// How many times as dense as the map's texels rays from the ground are swept over the layer; 0: each is followed by itself.
+    /// Rows of rays that are swept over a layer for each of its map's texels across; 0: each ray is followed by itself.
     pub fine: u32,
     /// Directions of rays.
     pub directions: u32,
@@ -135,14 +153,14 @@ pub struct Disc {
     pub first: u32,
     /// How many are looked at in all.
     pub total: u32,
-    /// Unused.
-    pub spare_0: u32,
-    /// Unused.
-    pub spare_1: u32,
-    /// Unused.
-    pub spare_2: u32,
-    /// Unit vectors; the fourth is unused.
-    pub towards: [[f32; 4]; 32],
+    /// Lines for each texel along, at which a row looks at columns.
+    pub lines: u32,
+    /// Rays that start from each line on to the next.
+    pub between: u32,
+    /// What is kept of a row.
+    pub row_numbers: u32,
+    /// The directions.
+    pub ways: [DiscWay; 32],
     /// The places.
     pub places: [DiscPlace; 32],
 }

@@ -37,14 +37,13 @@ fn at(frame: &Frame, disc: &Disc, thickness: &Map, transmittance: &Map, swept: &
 }
 
 fn towards(disc: &Disc, direction: u32) -> DVec3 {
-    let [east, north, up, _] = disc.towards[direction as usize];
-    vec3([east, north, up])
+    vec3(disc.ways[direction as usize].towards)
 }
 
 /// What one layer leaves at each texel, row by row; `disc` is all of the sun's.
 pub fn main(frame: &Frame, disc: &Disc, view: &View, thickness: &Map, transmittance: &Map) -> Vec<GroundSun> {
     let directions = if disc.fine > 0 { disc.directions } else { 0 };
-    let sweep = |direction| Swept::new(frame, thickness, disc.fine as usize, towards(disc, direction));
+    let sweep = |direction| Swept::new(frame, thickness, disc, towards(disc, direction));
     let swept: Vec<Swept> = (0..directions).map(sweep).collect();
     let parts = image(view, |uv| {
         let GroundSun { beam, unscattered } = at(frame, disc, thickness, transmittance, &swept, uv);

@@ -47,7 +47,7 @@ pub(super) fn bands(
     let texels = across as usize * down as usize;
     let shared = needs.ground_sun && texels <= SHARED_TEXELS;
     // What is swept over a layer serves many bands.
-    let swept = inputs.layers.iter().any(|layer| layer.rays.fine > 0);
+    let swept = inputs.layers.iter().any(|layer| layer.rays.swept.is_some());
     let together = if shared || swept { SWEPT_TEXELS / (across as usize * rows as usize) } else { 1 };
     let mut data = Vec::with_capacity(texels * kind.channels().len());
     for bands in bands.chunks(together.max(1)) {

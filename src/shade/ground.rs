@@ -41,13 +41,16 @@ pub(crate) fn towards_sun(gpu: &Gpu, inputs: &Inputs<'_>, bands: &[View]) -> Res
         let (field, tables) = (layer.field, layer.tables.ok_or_else(early)?);
         let parts = disc_parts(layer);
         let most = parts.iter().map(|part| part.directions).max().unwrap_or(0);
-        let swept = (layer.rays.fine > 0).then(|| gpu.storage("swept", most as usize * swept_rays(layer)));
+        let swept = layer.rays.swept.map(|dense| {
+            let numbers = most as usize * swept_rays(layer);
+            (dense.rows * longer_side(layer), gpu.storage("swept", numbers))
+        });
         for part in parts {
             let uniform = gpu.uniform("disc", &part);
-            if let Some(swept) = &swept {
+            if let Some((rows, swept)) = &swept {
                 let shader = field.shader([&shaders::SUN_SWEEP, &shaders::SUN_SWEEP_COLUMNS]);
                 let binds = binds![layer.frame, &uniform, &field.thickness, swept];
-                steps.push(vec![Pass::new(shader, [swept_rows(layer), part.directions], binds)]);
+                steps.push(vec![Pass::new(shader, [*rows, part.directions], binds)]);
             }
             for ((view, sun), sums) in bands.iter().zip(&suns).zip(&sums) {
                 let bound = gpu.uniform("view", &View { first: (number == 0).into(), ..*view });
@@ -63,7 +66,7 @@ pub(crate) fn towards_sun(gpu: &Gpu, inputs: &Inputs<'_>, bands: &[View]) -> Res
                     sums
                 ];
                 let shader = match &swept {
-                    Some(swept) => {
+                    Some((_, swept)) => {
                         binds.extend(binds![swept]);
                         &shaders::GROUND_SWEPT
                     }
@@ -86,15 +89,14 @@ pub(crate) fn towards_sun(gpu: &Gpu, inputs: &Inputs<'_>, bands: &[View]) -> Res
     Ok(TowardsSun { suns, steps })
 }
 
-/// Rows of rays that are swept over a layer.
-fn swept_rows(layer: &LayerInputs<'_>) -> u32 {
-    layer.rays.fine * layer.field.thickness.width.max(layer.field.thickness.height)
+/// Texels along the longer side of a layer's map.
+fn longer_side(layer: &LayerInputs<'_>) -> u32 {
+    layer.field.thickness.width.max(layer.field.thickness.height)
 }
 
 /// Numbers of the rays towards one place on the sun's disc: as `sweep_row` in `shaders/shared/sweep.wgsl` has them.
 fn swept_rays(layer: &LayerInputs<'_>) -> usize {
-    let rows = swept_rows(layer) as usize;
-    rows * (rows + 2)
+    layer.rays.swept.map_or(0, |dense| dense.numbers(longer_side(layer) as usize))
 }
 
 /// Rays towards places on the disc that are looked at together: all, but for the memory that swept ones take.
