@@ -196,6 +196,13 @@ impl Server {
         lock(&self.log).expected.push(text.to_owned());
     }
 
+    /// The same, and waits until it is there: who kills the server at once may come before it.
+    pub(crate) fn has_in_log(&self, text: &str) {
+        self.expect_in_log(text);
+        let has = || lock(&self.log).complaints.iter().any(|line| line.contains(text)).then_some(());
+        eventually(text, has);
+    }
+
     /// The log has no complaints that were not expected, so far.
     fn log_is_clean(&self) {
         let log = lock(&self.log);
