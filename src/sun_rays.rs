@@ -190,7 +190,9 @@ impl Crossed {
         }
         let [rows, starts] = [rows, starts].map(|dense| dense.ceil().clamp(1.0, most) as u32);
         let lines = starts.min(SWEEP_COLUMNS);
-        Some(Dense { rows, lines, between: starts / lines + u32::from((starts % lines) * 2 >= lines) })
+        let between = starts / lines + u32::from((starts % lines) * 2 >= lines);
+        // Rounded up they might take more memory than is promised.
+        Some(Dense { rows, lines, between: between.min(most as u32 / lines) })
     }
 
     /// Groups places whose rays stay side by side within the layer: the number of each one's group.
