@@ -9,6 +9,7 @@ mod channels;
 mod dds;
 mod encoded;
 mod error;
+mod floats;
 mod halves;
 mod ktx2;
 mod metadata;
@@ -24,8 +25,10 @@ mod radiance;
 mod shared;
 mod specular;
 
-pub use self::encoded::Encoded;
+use self::encoded::Heedful;
+pub use self::encoded::{Encoded, Target, Written};
 pub use self::error::{At, EncodeError};
+pub use self::floats::to_f32;
 pub use self::metadata::{Frame, Metadata, Place};
 pub use self::mips::{Level, levels};
 pub use self::openexr::{Depth, to_exr};
@@ -34,30 +37,43 @@ pub use self::parts::to_multi_part;
 pub use self::picture::{Exposure, METERED_GREY, Picture, PictureDepth, Tonemap, metered_white, to_png, to_webp};
 pub use self::pixels::Pixels;
 
-/// The bytes of a file. `white` is the linear value that a picture for eyes shows as white at exposure 0, above 0.
+/// A file in memory: what [`encode_to`] writes.
 ///
 /// # Errors
-/// Values that the file cannot hold, by name: see [`EncodeError::field`].
+/// Those of [`encode_to`].
 pub fn encode(pixels: &Pixels<'_>, metadata: &Metadata, output: &Output, white: f32) -> Result<Encoded, EncodeError> {
-    match output {
-        Output::Exr { depth, .. } => to_exr(pixels, metadata, *depth),
-        Output::Png(picture) => {
-            let bytes = to_png(pixels, picture, white)?;
-            Ok(Encoded { bytes, bits: picture.depth().bits(), reason: None })
-        }
-        Output::Webp(picture) => Ok(Encoded { bytes: to_webp(pixels, picture, white)?, bits: 8, reason: None }),
-        Output::Hdr { .. } => radiance::to_hdr(pixels, metadata),
-        Output::Packed(packed) => packed::to_packed(pixels, metadata, packed),
-        Output::F16 { .. } => halves::to_f16(pixels, metadata.scale),
-        Output::F32 { .. } => Ok(Encoded { bytes: to_f32(pixels)?, bits: 32, reason: None }),
-    }
+    let bytes = match output {
+        Output::F16 { .. } => 2 * pixels.data.len(),
+        Output::F32 { .. } => 4 * pixels.data.len(),
+        // Compressed.
+        _ => 0,
+    };
+    Encoded::in_memory(bytes, |file| encode_to(pixels, metadata, output, white, file))
 }
 
-/// Raw values: little-endian 32-bit floats, top row first, channels interleaved, no header.
-pub fn to_f32(pixels: &Pixels<'_>) -> Result<Vec<u8>, EncodeError> {
-    pixels.check()?;
-    if cfg!(target_endian = "little") {
-        return Ok(bytemuck::cast_slice(pixels.data).to_vec());
-    }
-    Ok(pixels.data.iter().flat_map(|value| value.to_le_bytes()).collect())
+/// Writes a file. Values are looked at before its first byte, and what is written is not kept: beside the texels and the target there are
+/// the samples of a band in memory, of a picture or a packed texture those of the whole. `white` is the linear value that a picture for eyes shows as white at exposure 0, above 0.
+///
+/// # Errors
+/// Values that the file cannot hold, by name: see [`EncodeError::field`]. [`EncodeError::Codec`] where it cannot be written.
+pub fn encode_to(
+    pixels: &Pixels<'_>,
+    metadata: &Metadata,
+    output: &Output,
+    white: f32,
+    file: &mut dyn Target,
+) -> Result<Written, EncodeError> {
+    let mut heedful = Heedful::new(file);
+    let file = &mut heedful;
+    let written = match output {
+        Output::Exr { depth, .. } => openexr::write(pixels, metadata, *depth, file),
+        Output::Png(picture) => picture::write_png(pixels, picture, white, file),
+        Output::Webp(picture) => picture::write_webp(pixels, picture, white, file),
+        Output::Hdr { .. } => radiance::write(pixels, metadata, file),
+        Output::Packed(packed) => packed::write(pixels, metadata, packed, file),
+        Output::F16 { .. } => halves::write(pixels, metadata.scale, file),
+        Output::F32 { .. } => floats::write(pixels, file),
+    }?;
+    heedful.end()?;
+    Ok(written)
 }

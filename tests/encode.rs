@@ -3,7 +3,7 @@
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
 
 use std::collections::{BTreeMap, HashMap};
-use std::io::Cursor;
+use std::io::{Cursor, Seek, SeekFrom, Write};
 
 use exr::image::write::samples::WritableSamples as _;
 use exr::meta::attribute::{AttributeValue, SampleType};
@@ -12,7 +12,7 @@ use half::f16;
 use proptest::prelude::*;
 use skyloom::encode::{
     Alpha, At, Depth, EncodeError, Encoded, Exposure, Format, Frame, Linear, Metadata, Output, Picture, PictureDepth,
-    Pixels, Place, Tonemap, encode, to_exr, to_f32, to_png, to_webp,
+    Pixels, Place, Tonemap, Written, encode, encode_to, to_exr, to_f32, to_png, to_webp,
 };
 use skyloom::image::{ImageEncoding, ImageLimits, decode};
 
@@ -373,6 +373,60 @@ fn texels_are_scaled_and_divided_by_alpha_as_the_output_says() {
     let overflow = finished(linear(2.0, Alpha::Straight), &RGBA, &[1.0, 1.0, 1e38, 1e-6]).unwrap_err();
     assert_eq!(overflow.field(), Some("alpha"));
     assert!(overflow.to_string().contains("value 1e38 (channel B, column 0, row 0)"), "{overflow}");
+}
+
+/// A file that takes so many bytes at most, and notes how long the longest piece was that it was given.
+struct Disk {
+    file: Cursor<Vec<u8>>,
+    room: u64,
+    longest: usize,
+}
+
+impl Write for Disk {
+    fn write(&mut self, bytes: &[u8]) -> std::io::Result<usize> {
+        if self.file.position() + bytes.len() as u64 > self.room {
+            return Err(std::io::Error::other("no room"));
+        }
+        self.longest = self.longest.max(bytes.len());
+        self.file.write(bytes)
+    }
+
+    fn flush(&mut self) -> std::io::Result<()> {
+        Ok(())
+    }
+}
+
+impl Seek for Disk {
+    fn seek(&mut self, to: SeekFrom) -> std::io::Result<u64> {
+        self.file.seek(to)
+    }
+}
+
+#[test]
+fn a_file_written_band_by_band_is_the_same_and_a_full_disk_is_told() {
+    let [width, height] = [512, 2100];
+    let noise = |place: u32| f32::from(place.wrapping_mul(2_654_435_761).to_be_bytes()[0]) / 255.0;
+    let data: Vec<f32> = (0..width * height * 3).map(noise).collect();
+    let texture = pixels(width, height, &["R", "G", "B"], &data);
+    for format in Format::ALL {
+        let output = Output::new(format);
+        let whole = encode(&texture, &metadata(), &output, 1.0).unwrap();
+        let write = |room: u64| {
+            let mut disk = Disk { file: Cursor::default(), room, longest: 0 };
+            let written = encode_to(&texture, &metadata(), &output, 1.0, &mut disk);
+            (written, disk)
+        };
+        let (written, disk) = write(u64::MAX);
+        let Written { bits, reason } = written.unwrap();
+        assert_eq!((bits, &reason), (whole.bits, &whole.reason), "{format:?}");
+        assert!(disk.file.get_ref() == &whole.bytes, "{format:?}");
+        // Of these no more is made at a time than a band: a million values, or a block of lines.
+        if matches!(format, Format::Exr | Format::F16 | Format::Hdr) {
+            assert!(disk.longest * 3 < whole.bytes.len() * 2, "{format:?}: {} of {}", disk.longest, whole.bytes.len());
+        }
+        let (refused, _) = write(whole.bytes.len() as u64 - 1);
+        assert!(matches!(refused, Err(EncodeError::Codec(_))), "{format:?}: {refused:?}");
+    }
 }
 
 #[test]

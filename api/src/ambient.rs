@@ -43,7 +43,8 @@ pub async fn get(
     let request = textures::fitted(&scene, &request, &limits);
     let request = request.map_err(ApiError::InvalidQuery)?;
     let given = textures::given(&app, &id, &scene, request, &client).await?;
-    let numbers = given.reply.bytes.as_chunks::<4>().0.iter().map(|bytes| f32::from_le_bytes(*bytes));
+    let bytes = given.reply.content.whole().await?;
+    let numbers = bytes.as_chunks::<4>().0.iter().map(|bytes| f32::from_le_bytes(*bytes));
     let ambient = Ambient::of_panorama(&numbers.collect::<Vec<_>>(), [2 * ROWS, ROWS], axes);
     let answer = json!({
         "radiance": ambient.radiance,

@@ -1,6 +1,7 @@
 //! What all requests share: settings, stores, the render thread, and results that are kept or being made.
 
 use std::fmt;
+use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::time::{SystemTime, UNIX_EPOCH};
@@ -27,6 +28,7 @@ use crate::replies::Replies;
 use crate::shelf::Quota;
 use crate::single_flight::SingleFlight;
 use crate::skies::SkyStore;
+use crate::spool::Spool;
 use crate::storage;
 use crate::store_health::Watched;
 
@@ -65,6 +67,8 @@ pub struct App {
     pub image_work: Arc<Gate>,
     /// Memory for replies on their way.
     pub deliveries: Arc<Budget>,
+    /// Where large ones are put aside.
+    pub spool: Arc<Spool>,
     /// Memory for bodies of requests.
     pub uploads: Arc<Budget>,
     /// What is counted.
@@ -140,6 +144,7 @@ impl App {
         let tables = bounded("tables", config.store.table_bytes);
         let textures = bounded(finished::FOLDER, config.store.texture_bytes);
         let finished = (config.store.texture_bytes > 0).then(|| Finished::new(Arc::<Bounded>::clone(&textures)));
+        let spool = Arc::new(Spool::new(config.spool().map(Path::to_owned), limits.reply_disk_bytes));
         let started = SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |since| since.as_secs());
         Ok(Self {
             store: watched,
@@ -149,7 +154,8 @@ impl App {
             clock: Arc::new(Wall),
             images: ImageStore::open(store, limits.image(), limits.image_store_bytes, cache.image_memory_bytes)?,
             queue: RenderQueue::start(factory, config.queue.depth).map_err(OpenError::Thread)?,
-            replies: Replies::new(cache.memory_bytes, finished),
+            replies: Replies::new(cache.memory_bytes, finished, Arc::clone(&spool)),
+            spool,
             bounded: [tables, textures],
             tables: SingleFlight::default(),
             image_work: Gate::new(IMAGE_WORK),

@@ -24,7 +24,7 @@ use crate::archive::Archive;
 use crate::client::Client;
 use crate::deliver::{Delivery, HasShare};
 use crate::problem::{ApiError, field_problems};
-use crate::replies::Reply;
+use crate::spool::Content;
 use crate::{body, sun, textures};
 use wanted::{Kind, Wanted, in_scene, in_texture};
 
@@ -55,7 +55,8 @@ pub async fn post(State(app): State<Arc<App>>, client: Client, request: HttpRequ
         let given = textures::given(&app, &id, scene, texture.request, &client).await;
         let given = given.map_err(|error| of_texture(number, error))?;
         app.metrics.looked_up(given.was_kept);
-        made.push((texture.file.clone(), texture.request, given.reply));
+        let bytes = given.reply.content.whole().await?;
+        made.push((texture.file.clone(), texture.request, given.reply.shape, bytes));
     }
     let (media_type, pieces) = match wanted.kind {
         Kind::Zip => {
@@ -64,7 +65,9 @@ pub async fn post(State(app): State<Arc<App>>, client: Client, request: HttpRequ
         }
         Kind::Exr => (Format::Exr.media_type(), VecDeque::from([one_file(made).await?])),
     };
-    room.shrink(pieces.iter().map(|piece| piece.len() as u64).sum());
+    let aside = app.spool.put(pieces.iter().cloned().collect(), &client).await;
+    let pieces = aside.map_or_else(|| pieces.into_iter().map(Content::Memory).collect(), |aside| vec![aside]);
+    room.shrink(pieces.iter().map(Content::in_memory).sum());
     let headers = [(header::CONTENT_TYPE, media_type), (header::CACHE_CONTROL, "no-store")];
     let mut response = (headers, Delivery::of_parts(pieces, Arc::new(room))).into_response();
     response.extensions_mut().insert(HasShare);
@@ -87,13 +90,13 @@ fn of_texture(number: usize, error: ApiError) -> ApiError {
     }
 }
 
-/// The file of a texture, what was asked for, and what came.
-type Made = (String, Request, Arc<Reply>);
+/// The file of a texture, what was asked for, and what came: its shape and its bytes.
+type Made = (String, Request, [u32; 3], Bytes);
 
 /// Textures as parts of an OpenEXR file, named as their files would be.
 async fn one_file(made: Vec<Made>) -> Result<Bytes, ApiError> {
     let put = move || {
-        let part = |(file, _, reply): &Made| (file.trim_end_matches(".exr").to_owned(), reply.bytes.clone());
+        let part = |(file, _, _, bytes): &Made| (file.trim_end_matches(".exr").to_owned(), bytes.clone());
         let parts: Vec<(String, Bytes)> = made.iter().map(part).collect();
         let parts: Vec<(&str, &[u8])> = parts.iter().map(|(name, bytes)| (name.as_str(), &bytes[..])).collect();
         to_multi_part(&parts).map_err(|error| ApiError::Internal(error.to_string()))
@@ -108,7 +111,7 @@ fn archive(wanted: &Wanted, id: &str, made: &[Made], sun: Value) -> Result<VecDe
         "scene": wanted.scene.to_json(),
     });
     let index = Bytes::from(format!("{index:#}\n"));
-    let files = made.iter().map(|(file, _, reply)| (file.as_str(), reply.bytes.clone()));
+    let files = made.iter().map(|(file, _, _, bytes)| (file.as_str(), bytes.clone()));
     let (mut archive, mut pieces) = (Archive::default(), VecDeque::new());
     for (name, file) in files.chain([(INDEX, index)]) {
         pieces.push_back(archive.before(name, &file)?);
@@ -118,11 +121,11 @@ fn archive(wanted: &Wanted, id: &str, made: &[Made], sun: Value) -> Result<VecDe
     Ok(pieces)
 }
 
-fn describe(scene: &Scene, (file, request, reply): &Made) -> Value {
+fn describe(scene: &Scene, (file, request, shape, _): &Made) -> Value {
     let query: Map<_, _> =
         request.to_query().into_iter().map(|(name, value)| (name.to_owned(), Value::String(value))).collect();
     json!({
         "file": file, "texture": request.texture().name(), "format": request.format().extension(), "query": query,
-        "shape": reply.shape, "channels": request.wanted.channels(), "unit": request.wanted.unit(scene.is_in_air()),
+        "shape": shape, "channels": request.wanted.channels(), "unit": request.wanted.unit(scene.is_in_air()),
     })
 }

@@ -67,7 +67,7 @@ pub enum ConfigError {
     Key(usize, &'static str),
     /// An origin that no browser tells so: its number in the list, and itself.
     Origin(usize, String),
-    /// A bucket that cannot be, or what cannot be of one: the key, and why.
+    /// A bucket or a folder that cannot be, or what cannot be of one: the key, and why.
     Store(&'static str, String),
     /// A tolerance that is none.
     Tolerance(f64),
@@ -145,6 +145,9 @@ impl Config {
             }
         }
         self.check_store()?;
+        if !(server.spool.as_os_str().is_empty() || server.spool.is_dir()) {
+            return Err(ConfigError::Store("server.spool", format!(" = {:?}: no folder", server.spool)));
+        }
         if !(0.0..=1.0).contains(&self.limits.least_tolerance) {
             return Err(ConfigError::Tolerance(self.limits.least_tolerance));
         }
@@ -165,6 +168,16 @@ impl Config {
         match self.store.bucket() {
             Some(_) => format!("bucket {}", self.store.url),
             None => format!("data folder {}", self.server.data.display()),
+        }
+    }
+
+    /// Folder of large replies on their way: that of the store if nothing is said; none with a bucket then.
+    pub fn spool(&self) -> Option<&Path> {
+        let Server { spool, data, .. } = &self.server;
+        match self.store.bucket() {
+            _ if !spool.as_os_str().is_empty() => Some(spool),
+            None => Some(data),
+            Some(_) => None,
         }
     }
 
@@ -200,6 +213,7 @@ impl Config {
             bytes("limits.image_store_bytes", limits.image_store_bytes, 0),
             bytes("limits.upload_memory_bytes", limits.upload_memory_bytes, 1),
             bytes("limits.reply_memory_bytes", limits.reply_memory_bytes, 1),
+            bytes("limits.reply_disk_bytes", limits.reply_disk_bytes, 0),
             ("limits.series_values", limits.series_values, 1..=1 << 40),
             count("limits.bundle_textures", limits.bundle_textures, 1000),
             ("limits.bundle_texels", limits.bundle_texels, 1..=1 << 32),

@@ -1,42 +1,97 @@
 //! Replies on their way: what they pin in memory is bounded, however slowly they are read.
 
 use std::collections::VecDeque;
-use std::convert::Infallible;
+use std::future::Future as _;
+use std::io;
+use std::ops::Range;
 use std::pin::Pin;
 use std::sync::Arc;
-use std::task::{Context, Poll};
+use std::task::{Context, Poll, ready};
 use std::time::Instant;
 
 use axum::body::Bytes;
 use axum::response::Response;
 use http_body_util::BodyExt as _;
 use hyper::body::{Body, Frame, SizeHint};
+use tokio::task::{JoinHandle, spawn_blocking};
 
 use crate::app::App;
 use crate::budget::Share;
 use crate::client::Client;
 use crate::problem::ApiError;
+use crate::spool::{Content, Spooled};
 
 /// Bytes handed on at a time. A connection holds a few of them besides, which are given back to no budget.
 const PIECE: usize = 64 << 10;
+/// Bytes read at a time of what was put aside; one such piece is read ahead.
+const READ: usize = 256 << 10;
 
-/// Bytes that are sent, with their share of the budget: all of them are in memory until the last one has gone.
+/// Bytes that are sent, with their share of the budget: all of them are in memory until the last one has gone, but for what was
+/// put aside.
 #[derive(Debug)]
 pub struct Delivery {
-    rest: VecDeque<Bytes>,
-    _share: Arc<Share>,
+    rest: VecDeque<Part>,
+    _share: Option<Arc<Share>>,
+}
+
+/// What is left of a content.
+#[derive(Debug)]
+enum Part {
+    Memory(Bytes),
+    File { file: Arc<Spooled>, rest: Range<u64>, reading: Option<JoinHandle<io::Result<Bytes>>> },
+}
+
+impl Part {
+    fn of(content: Content) -> Self {
+        match content {
+            Content::Memory(bytes) => Self::Memory(bytes),
+            Content::File(file) => Self::File { rest: 0..file.length(), file, reading: None },
+        }
+    }
+
+    fn length(&self) -> u64 {
+        match self {
+            Self::Memory(bytes) => bytes.len() as u64,
+            Self::File { rest, .. } => rest.end - rest.start,
+        }
+    }
+
+    /// The next piece, none of which is empty.
+    fn poll(&mut self, cx: &mut Context<'_>) -> Poll<io::Result<Bytes>> {
+        match self {
+            Self::Memory(bytes) => Poll::Ready(Ok(bytes.split_to(PIECE.min(bytes.len())))),
+            Self::File { file, rest, reading } => {
+                let read = |from: u64| {
+                    let file = Arc::clone(file);
+                    spawn_blocking(move || file.read(from, READ))
+                };
+                let piece = match ready!(Pin::new(reading.get_or_insert_with(|| read(rest.start))).poll(cx)) {
+                    Ok(piece) => piece?,
+                    Err(panicked) => return Poll::Ready(Err(io::Error::other(panicked))),
+                };
+                rest.start += piece.len() as u64;
+                *reading = (!rest.is_empty()).then(|| read(rest.start));
+                Poll::Ready(Ok(piece))
+            }
+        }
+    }
 }
 
 impl Delivery {
     /// A body of these bytes.
-    pub fn body(bytes: Bytes, share: Arc<Share>) -> axum::body::Body {
-        Self::of_parts(VecDeque::from([bytes]), share)
+    pub fn body(content: Content, share: Arc<Share>) -> axum::body::Body {
+        Self::of_parts([content], share)
     }
 
-    /// A body of bytes one behind the other; each part is let go when it has gone.
-    pub fn of_parts(mut parts: VecDeque<Bytes>, share: Arc<Share>) -> axum::body::Body {
-        parts.retain(|part| !part.is_empty());
-        axum::body::Body::new(Self { rest: parts, _share: share })
+    /// The body of an answer to HEAD: its length alone is sent.
+    pub fn of_head(content: Content) -> axum::body::Body {
+        axum::body::Body::new(Self { rest: [Part::of(content)].into(), _share: None })
+    }
+
+    /// A body of contents one behind the other; each is let go when it has gone.
+    pub fn of_parts(parts: impl IntoIterator<Item = Content>, share: Arc<Share>) -> axum::body::Body {
+        let parts = parts.into_iter().map(Part::of).filter(|part| part.length() > 0);
+        axum::body::Body::new(Self { rest: parts.collect(), _share: Some(share) })
     }
 }
 
@@ -54,21 +109,21 @@ pub async fn within_budget(app: &App, client: &Client, response: Response) -> Re
     let share = app.deliveries.take(client, length, deadline).await.ok_or(ApiError::Crowded)?;
     let (parts, body) = response.into_parts();
     let bytes = body.collect().await.map_err(|error| ApiError::Internal(error.to_string()))?.to_bytes();
-    Ok(Response::from_parts(parts, Delivery::body(bytes, Arc::new(share))))
+    Ok(Response::from_parts(parts, Delivery::body(Content::Memory(bytes), Arc::new(share))))
 }
 
 impl Body for Delivery {
     type Data = Bytes;
-    type Error = Infallible;
+    // The reply breaks off with its connection: it was told how long it is.
+    type Error = io::Error;
 
-    fn poll_frame(mut self: Pin<&mut Self>, _: &mut Context<'_>) -> Poll<Option<Result<Frame<Bytes>, Infallible>>> {
+    fn poll_frame(mut self: Pin<&mut Self>, cx: &mut Context<'_>) -> Poll<Option<io::Result<Frame<Bytes>>>> {
         let Some(part) = self.rest.front_mut() else { return Poll::Ready(None) };
-        let length = PIECE.min(part.len());
-        let piece = part.split_to(length);
-        if part.is_empty() {
+        let piece = ready!(part.poll(cx));
+        if part.length() == 0 {
             self.rest.pop_front();
         }
-        Poll::Ready(Some(Ok(Frame::data(piece))))
+        Poll::Ready(Some(piece.map(Frame::data)))
     }
 
     fn is_end_stream(&self) -> bool {
@@ -76,6 +131,6 @@ impl Body for Delivery {
     }
 
     fn size_hint(&self) -> SizeHint {
-        SizeHint::with_exact(self.rest.iter().map(|part| part.len() as u64).sum())
+        SizeHint::with_exact(self.rest.iter().map(Part::length).sum())
     }
 }

@@ -125,9 +125,10 @@ impl Film {
             }
         };
         app.metrics.looked_up(given.was_kept);
-        self.share = Some(textures::share(app, &given, client).await?);
+        let (rest, share) =
+            given.in_memory(&app.deliveries, client, Instant::now() + app.config.queue.timeout()).await?;
+        (self.rest, self.share) = (rest, Some(share));
         let name = self.wanted.name(self.next);
-        self.rest = given.reply.bytes.clone();
         self.next += 1;
         let archive = self.archive.as_mut().ok_or_else(|| ApiError::Internal("a film after its end".to_owned()))?;
         archive.before(&name, &self.rest)

@@ -1,6 +1,7 @@
 //! Finished textures in the store: the second level of the cache of replies, which outlives a restart and is everybody's who
 //! serves the same store.
 
+use std::io;
 use std::sync::Arc;
 
 use axum::body::Bytes;
@@ -9,6 +10,8 @@ use sha2::{Digest as _, Sha256};
 use skyloom::store::Store;
 use tokio::sync::Semaphore;
 use tokio::task::spawn_blocking;
+
+use crate::spool::Content;
 
 /// Folder of the store.
 pub const FOLDER: &str = "textures";
@@ -19,7 +22,7 @@ const MAGIC: &[u8; 16] = b"skyloom-texture1";
 const DIGEST: usize = 32;
 /// Textures read at a time: each is in memory as a whole.
 const READ_AT_A_TIME: usize = 4;
-/// Textures written at a time: each is in memory twice, beside the budget of replies that are on their way.
+/// Textures written at a time: each is in memory once more, beside the budget of replies that are on their way.
 const WRITTEN_AT_A_TIME: usize = 1;
 
 /// What is told of a texture beside its bytes.
@@ -67,13 +70,17 @@ impl Finished {
     }
 
     /// Keeps a texture while its reply is sent already. Where another is being written it is not kept: it can be made again.
-    pub fn keep(&self, tag: &str, about: About, bytes: Bytes) {
+    pub fn keep(&self, tag: &str, about: About, content: Content) {
         let Ok(place) = Arc::clone(&self.writing).try_acquire_owned() else { return };
         let (store, tag) = (Arc::clone(&self.store), tag.to_owned());
         spawn_blocking(move || {
             let _place = place;
-            if let Err(error) = store.put(&key(&tag), &pack(&tag, &about, &bytes)) {
-                tracing::warn!(tag, %error, "a finished texture could not be kept");
+            let kept = match pack(&tag, &about, &content) {
+                Ok(file) => store.put(&key(&tag), &file).map_err(|error| error.to_string()),
+                Err(error) => Err(error.to_string()),
+            };
+            if let Err(error) = kept {
+                tracing::warn!(tag, error, "a finished texture could not be kept");
             }
         });
     }
@@ -87,13 +94,14 @@ fn checksum(tag: &str, body: &[u8]) -> [u8; DIGEST] {
     Sha256::new().chain_update(tag).chain_update([0]).chain_update(body).finalize().into()
 }
 
-fn pack(tag: &str, about: &About, bytes: &[u8]) -> Vec<u8> {
+fn pack(tag: &str, about: &About, content: &Content) -> io::Result<Vec<u8>> {
     let about = serde_json::to_vec(about).unwrap_or_default();
     let length = u32::try_from(about.len()).unwrap_or_default().to_le_bytes();
-    let mut file = [&MAGIC[..], &[0; DIGEST], &length, &about, bytes].concat();
+    let head = [&MAGIC[..], &[0; DIGEST], &length, &about].concat();
+    let mut file = content.read_behind(head)?;
     let (head, body) = file.split_at_mut(MAGIC.len() + DIGEST);
     head[MAGIC.len()..].copy_from_slice(&checksum(tag, body));
-    file
+    Ok(file)
 }
 
 /// The texture of a tag in a file, if the file is whole.
@@ -113,7 +121,7 @@ mod tests {
     #[test]
     fn every_changed_byte_every_cut_and_another_name_are_noticed() {
         let about = About { depth: "16;reason=\"x\"".to_owned(), shape: [3, 5, 4] };
-        let file = pack("a1", &about, b"texels");
+        let file = pack("a1", &about, &Content::Memory(Bytes::from_static(b"texels"))).unwrap();
         assert_eq!(unpack("a1", file.clone().into()).unwrap(), (about, Bytes::from_static(b"texels")));
         assert_eq!(unpack("a2", file.clone().into()), None);
         for at in 0..file.len() {

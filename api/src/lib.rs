@@ -47,6 +47,7 @@ pub mod shelf;
 pub mod single_flight;
 pub mod skies;
 pub mod span;
+pub mod spool;
 pub mod storage;
 pub mod store_health;
 pub mod sun;

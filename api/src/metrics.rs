@@ -112,6 +112,7 @@ impl Metrics {
         for (what, budget) in [("bodies", &app.uploads), ("replies", &app.deliveries)] {
             page.line("skyloom_memory_bytes", &[("what", what)], budget.used() as f64);
         }
+        page.single("skyloom_spool_bytes", "gauge", "Large replies on their way, in files.", app.spool.used() as f64);
         page.jobs(app);
         page.single("skyloom_connections", "gauge", "Connections that are open.", app.connections.count_open() as f64);
         page.family("skyloom_connections_cut_total", "counter", "Connections that were cut, by reason.");

@@ -123,9 +123,9 @@ impl Series {
                 rendered => break rendered?,
             }
         };
-        let file = (held.picture.encode)().map_err(|error| ApiError::from(failure(error)))?;
+        let (file, _) = held.picture.in_memory().map_err(|error| ApiError::from(failure(error)))?;
         self.app.metrics.rendered(&held.picture.timings);
-        let light = Light::read(&file.bytes, job.request().wanted.channels().len(), job.illumination().towards_sun);
+        let light = Light::read(&file, job.request().wanted.channels().len(), job.illumination().towards_sun);
         let row = self.format.row(&self.scene, &self.wanted, self.next, &light)?;
         self.next += 1;
         Ok(row)

@@ -12,6 +12,7 @@ use crate::client::Client;
 use crate::finished::{About, Finished};
 use crate::problem::ApiError;
 use crate::single_flight::SingleFlight;
+use crate::spool::{Content, Spool};
 
 /// Runs a request joins when each is given up just as it joins.
 const ATTEMPTS: usize = 3;
@@ -20,7 +21,7 @@ const ATTEMPTS: usize = 3;
 #[derive(Debug)]
 pub struct Reply {
     /// The file.
-    pub bytes: Bytes,
+    pub content: Content,
     /// Bits of a sample, and why an OpenEXR file that may be half is float.
     pub depth: String,
     /// Its media type.
@@ -31,19 +32,6 @@ pub struct Reply {
     pub timings: Vec<(&'static str, Duration)>,
     /// Its share of what replies on their way may take, while it is on its way to anyone.
     pub share: Mutex<Weak<Share>>,
-}
-
-impl Reply {
-    /// The share of those who are sent the reply now; `None` when there is no room by the deadline.
-    pub async fn held(&self, budget: &Arc<Budget>, client: &Client, deadline: Instant) -> Option<Arc<Share>> {
-        let present = || self.share.lock().unwrap_or_else(PoisonError::into_inner).upgrade();
-        if let Some(share) = present() {
-            return Some(share);
-        }
-        let share = Arc::new(budget.take(client, self.bytes.len() as u64, deadline).await?);
-        *self.share.lock().unwrap_or_else(PoisonError::into_inner) = Arc::downgrade(&share);
-        Some(share)
-    }
 }
 
 /// Why a run has no reply.
@@ -72,21 +60,60 @@ pub struct Given {
     pub share: Option<Arc<Share>>,
 }
 
+impl Given {
+    /// The share of what replies on their way may take of those who are sent the reply now.
+    pub async fn share(
+        &self,
+        budget: &Arc<Budget>,
+        client: &Client,
+        deadline: Instant,
+    ) -> Result<Arc<Share>, ApiError> {
+        let shared = || self.reply.share.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(share) = self.share.clone().or_else(|| shared().upgrade()) {
+            return Ok(share);
+        }
+        let share = budget.take(client, self.reply.content.in_memory(), deadline).await;
+        let share = Arc::new(share.ok_or(ApiError::Crowded)?);
+        *shared() = Arc::downgrade(&share);
+        Ok(share)
+    }
+
+    /// The bytes in memory, also of a reply that was put aside, with their share.
+    pub async fn in_memory(
+        &self,
+        budget: &Arc<Budget>,
+        client: &Client,
+        deadline: Instant,
+    ) -> Result<(Bytes, Arc<Share>), ApiError> {
+        let content = &self.reply.content;
+        let share = match content {
+            Content::Memory(_) => self.share(budget, client, deadline).await?,
+            Content::File(_) => {
+                let share = budget.take(client, content.length(), deadline).await;
+                Arc::new(share.ok_or(ApiError::Crowded)?)
+            }
+        };
+        Ok((content.whole().await?, share))
+    }
+}
+
 /// Replies by entity tag.
 #[derive(Debug)]
 pub struct Replies {
     kept: moka::sync::Cache<String, Arc<Reply>>,
     finished: Option<Finished>,
+    spool: Arc<Spool>,
     runs: SingleFlight<Result<Given, Stopped>>,
 }
 
 impl Replies {
-    /// Keeps replies of so many bytes together in memory, and, if there is such a place, in the store.
-    pub fn new(memory_bytes: u64, finished: Option<Finished>) -> Self {
-        let weigh =
-            |_: &String, reply: &Arc<Reply>| u32::try_from(reply.bytes.len() + size_of::<Reply>()).unwrap_or(u32::MAX);
+    /// Keeps replies of so many bytes together in memory, those put aside among them, and, if there is such a place, in the store.
+    pub fn new(memory_bytes: u64, finished: Option<Finished>, spool: Arc<Spool>) -> Self {
+        let weigh = |_: &String, reply: &Arc<Reply>| {
+            u32::try_from(reply.content.length() + size_of::<Reply>() as u64).unwrap_or(u32::MAX)
+        };
         let kept = moka::sync::Cache::builder().max_capacity(memory_bytes).weigher(weigh).build();
-        Self { kept, finished, runs: SingleFlight::default() }
+        Self { kept, finished, spool, runs: SingleFlight::default() }
     }
 
     /// A reply that is in memory.
@@ -101,7 +128,13 @@ impl Replies {
 
     /// A reply from memory, from the store, or from the run that makes it, which is begun if there is none. `make` gets a flag
     /// that is raised when nobody waits any more.
-    pub async fn get_or_make<F, R>(&self, tag: &str, media_type: &'static str, make: F) -> Result<Given, ApiError>
+    pub async fn get_or_make<F, R>(
+        &self,
+        tag: &str,
+        media_type: &'static str,
+        client: &Client,
+        make: F,
+    ) -> Result<Given, ApiError>
     where
         F: Fn(Arc<AtomicBool>) -> R,
         R: Future<Output = Result<(Reply, Arc<Share>), Stopped>> + Send + 'static,
@@ -117,6 +150,7 @@ impl Replies {
                 let found = look(&self.kept);
                 let made = found.is_none().then(|| make(cancelled));
                 let (kept, finished, tag) = (self.kept.clone(), self.finished.clone(), tag.to_owned());
+                let (spool, client) = (Arc::clone(&self.spool), client.clone());
                 async move {
                     match (found, made) {
                         (Some(given), _) => Ok(given),
@@ -124,15 +158,17 @@ impl Replies {
                             if let Some(finished) = &finished
                                 && let Some((About { depth, shape }, bytes)) = finished.load(&tag).await
                             {
+                                let aside = spool.put(vec![bytes.clone()], &client).await;
+                                let content = aside.unwrap_or(Content::Memory(bytes));
                                 let (timings, share) = (Vec::new(), Mutex::default());
-                                let reply = Arc::new(Reply { bytes, depth, media_type, shape, timings, share });
+                                let reply = Arc::new(Reply { content, depth, media_type, shape, timings, share });
                                 kept.insert(tag, Arc::clone(&reply));
                                 return Ok(Given { reply, was_kept: true, share: None });
                             }
                             let (reply, share) = made.await?;
                             if let Some(finished) = &finished {
                                 let about = About { depth: reply.depth.clone(), shape: reply.shape };
-                                finished.keep(&tag, about, reply.bytes.clone());
+                                finished.keep(&tag, about, reply.content.clone());
                             }
                             let reply = Arc::new(reply);
                             kept.insert(tag, Arc::clone(&reply));

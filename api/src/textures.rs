@@ -70,15 +70,15 @@ pub async fn get(
     let head = Head { tag: &tag, caching, request: &request, plan: &plan, choices: &choices };
     if method == HttpMethod::HEAD {
         return match app.replies.get(&tag) {
-            Some(reply) => head.with(&reply, true, Body::from(reply.bytes.clone())),
+            Some(reply) => head.with(&reply, true, Delivery::of_head(reply.content.clone())),
             // Nothing is rendered for a head; that the images are whole costs little to see.
             None => images(&app, &scene, &client).await.and_then(|_| head.alone()),
         };
     }
     let given = kept(&app, &scene, request, &tag, &client).await?;
     app.metrics.looked_up(given.was_kept);
-    let share = share(&app, &given, &client).await?;
-    let body = Delivery::body(given.reply.bytes.clone(), share);
+    let share = given.share(&app.deliveries, &client, Instant::now() + app.config.queue.timeout()).await?;
+    let body = Delivery::body(given.reply.content.clone(), share);
     let mut response = head.with(&given.reply, given.was_kept, body)?;
     response.extensions_mut().insert(HasShare);
     Ok(response)
@@ -101,7 +101,7 @@ async fn kept(
     client: &Client,
 ) -> Result<Given, ApiError> {
     let make = |cancelled| make(Arc::clone(app), Arc::clone(scene), request, client.clone(), cancelled);
-    app.replies.get_or_make(tag, request.format().media_type(), make).await
+    app.replies.get_or_make(tag, request.format().media_type(), client, make).await
 }
 
 /// A texture as its bytes, from memory or made.
@@ -114,15 +114,6 @@ pub async fn given(
 ) -> Result<Given, ApiError> {
     let tag = tag(app, id, &request).await?;
     kept(app, scene, request, &tag, client).await
-}
-
-/// A reply's share of what replies on their way may take.
-pub async fn share(app: &Arc<App>, given: &Given, client: &Client) -> Result<Arc<Share>, ApiError> {
-    if let Some(share) = &given.share {
-        return Ok(Arc::clone(share));
-    }
-    let share = given.reply.held(&app.deliveries, client, Instant::now() + app.config.queue.timeout()).await;
-    share.ok_or(ApiError::Crowded)
 }
 
 /// Reads an address.
@@ -261,17 +252,18 @@ async fn make(
     let reply = blocking(move || {
         let start = Instant::now();
         let picture = held.picture;
-        let file = (picture.encode)().map_err(|error| ApiError::from(failure(error)))?;
+        let encoded = app.spool.encode(&picture, &client, expected).map_err(|error| ApiError::from(failure(error)));
+        let (content, written) = encoded?;
         let mut timings = picture.timings;
         timings.push(("encode", start.elapsed()));
-        let reason = file.reason.map_or_else(String::new, |reason| format!(";reason=\"{reason}\""));
-        let depth = format!("{}{reason}", file.bits);
+        let reason = written.reason.map_or_else(String::new, |reason| format!(";reason=\"{reason}\""));
+        let depth = format!("{}{reason}", written.bits);
         app.metrics.rendered(&timings);
-        share.shrink(file.bytes.len() as u64);
+        share.shrink(content.in_memory());
         let share = Arc::new(share);
         let on_its_way = Mutex::new(Arc::downgrade(&share));
         let shape = picture.shape;
-        Ok((Reply { bytes: file.bytes.into(), depth, media_type, shape, timings, share: on_its_way }, share))
+        Ok((Reply { content, depth, media_type, shape, timings, share: on_its_way }, share))
     })
     .await?;
     Ok(reply)

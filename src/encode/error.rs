@@ -143,6 +143,12 @@ pub enum EncodeError {
     Codec(String),
 }
 
+impl From<std::io::Error> for EncodeError {
+    fn from(error: std::io::Error) -> Self {
+        Self::Codec(error.to_string())
+    }
+}
+
 impl EncodeError {
     /// The parameter of the query to blame; `None` for a fault of the program.
     pub fn field(&self) -> Option<&'static str> {

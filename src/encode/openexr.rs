@@ -3,6 +3,8 @@
 //! The header is written here, in a fixed order: the `exr` crate keeps attributes of one's own in a hash map, whose
 //! order differs from run to run and with it the bytes of the file.
 
+use std::io::SeekFrom;
+
 use exr::block::{BlockIndex, UncompressedBlock};
 use exr::math::Vec2;
 use exr::meta::BlockDescription;
@@ -15,7 +17,7 @@ use half::f16;
 use rayon::prelude::*;
 
 use super::channels::{Channel, channels};
-use super::encoded::Encoded;
+use super::encoded::{Encoded, Target, Written};
 use super::error::EncodeError;
 use super::metadata::Metadata;
 use super::pixels::Pixels;
@@ -78,6 +80,19 @@ impl Depth {
 /// # Errors
 /// [`EncodeError::AboveHalf`] and [`EncodeError::BelowHalf`] when half was asked for and cannot hold the texture.
 pub fn to_exr(pixels: &Pixels<'_>, metadata: &Metadata, depth: Option<Depth>) -> Result<Encoded, EncodeError> {
+    Encoded::in_memory(0, |file| write(pixels, metadata, depth, file))
+}
+
+/// Writes the file of [`to_exr`].
+///
+/// # Errors
+/// Those of [`to_exr`]; [`EncodeError::Codec`] where the file cannot be written.
+pub(super) fn write(
+    pixels: &Pixels<'_>,
+    metadata: &Metadata,
+    depth: Option<Depth>,
+    file: &mut dyn Target,
+) -> Result<Written, EncodeError> {
     pixels.check()?;
     let channels = channels(pixels);
     let (depth, reason) = match depth {
@@ -101,19 +116,21 @@ pub fn to_exr(pixels: &Pixels<'_>, metadata: &Metadata, depth: Option<Depth>) ->
     )
     .with_encoding(COMPRESSION, BlockDescription::ScanLines, LineOrder::Increasing);
 
-    let mut file = exr::meta::magic_number::BYTES.to_vec();
+    let mut head = exr::meta::magic_number::BYTES.to_vec();
     // Version 2 without flags: one part, scan lines, names below 32 bytes.
-    file.extend_from_slice(&2_i32.to_le_bytes());
+    head.extend_from_slice(&2_i32.to_le_bytes());
     let told = reason.as_ref().map_or_else(|| depth.name().to_owned(), |reason| format!("{}: {reason}", depth.name()));
     for (name, value) in attributes(pixels, metadata, &header.channels, &told) {
-        attribute::write(name.as_bytes(), &value, &mut file).map_err(codec)?;
+        attribute::write(name.as_bytes(), &value, &mut head).map_err(codec)?;
     }
-    file.push(0);
+    head.push(0);
 
     let lines = COMPRESSION.scan_lines_per_block();
     let blocks = size.height().div_ceil(lines);
-    let table = file.len();
-    file.resize(table + 8 * blocks, 0);
+    let table = head.len();
+    head.resize(table + 8 * blocks, 0);
+    let mut place = head.len();
+    file.write_all(&head)?;
     let mut offsets = Vec::with_capacity(8 * blocks);
     for first in (0..blocks).step_by(BATCH) {
         let batch: Vec<_> = (first..blocks.min(first + BATCH))
@@ -128,18 +145,22 @@ pub fn to_exr(pixels: &Pixels<'_>, metadata: &Metadata, depth: Option<Depth>) ->
                     level: Vec2(0, 0),
                 };
                 let data = block_samples(&channels, depth, size.width(), top, rows);
-                UncompressedBlock { index, data }.compress_to_chunk(std::slice::from_ref(&header))
+                let chunk = UncompressedBlock { index, data }.compress_to_chunk(std::slice::from_ref(&header))?;
+                let mut bytes = Vec::new();
+                chunk.write(&mut bytes, 1).map(|()| bytes)
             })
             .collect();
         for chunk in batch {
-            offsets.extend_from_slice(&(file.len() as u64).to_le_bytes());
-            chunk.and_then(|chunk| chunk.write(&mut file, 1)).map_err(codec)?;
+            let chunk = chunk.map_err(codec)?;
+            offsets.extend_from_slice(&(place as u64).to_le_bytes());
+            place += chunk.len();
+            file.write_all(&chunk)?;
         }
     }
-    if let Some(target) = file.get_mut(table..table + offsets.len()) {
-        target.copy_from_slice(&offsets);
-    }
-    Ok(Encoded { bytes: file, bits: depth.bits(), reason })
+    file.seek(SeekFrom::Start(table as u64))?;
+    file.write_all(&offsets)?;
+    file.seek(SeekFrom::End(0))?;
+    Ok(Written { bits: depth.bits(), reason })
 }
 
 /// Samples of a block: line by line, in a line channel by channel.

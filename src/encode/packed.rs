@@ -5,7 +5,7 @@ use rayon::prelude::*;
 
 use super::blocks::{BC4_BYTES, BC6H_BYTES, bc4, bc6h};
 use super::channels::channels;
-use super::encoded::Encoded;
+use super::encoded::{Target, Written};
 use super::error::EncodeError;
 use super::metadata::Metadata;
 use super::mips::{self, Level};
@@ -69,8 +69,13 @@ impl Layout {
 /// A KTX2 or DDS file.
 ///
 /// # Errors
-/// Values that the coding cannot hold.
-pub(super) fn to_packed(pixels: &Pixels<'_>, metadata: &Metadata, packed: &Packed) -> Result<Encoded, EncodeError> {
+/// Values that the coding cannot hold; [`EncodeError::Codec`] where the file cannot be written.
+pub(super) fn write(
+    pixels: &Pixels<'_>,
+    metadata: &Metadata,
+    packed: &Packed,
+    file: &mut dyn Target,
+) -> Result<Written, EncodeError> {
     pixels.check()?;
     let channels_of_texel = pixels.channels.len();
     let (layout, bits) = match packed.coding {
@@ -119,7 +124,8 @@ pub(super) fn to_packed(pixels: &Pixels<'_>, metadata: &Metadata, packed: &Packe
         Container::Ktx2 => ktx2::file(&texture, metadata),
         Container::Dds => dds::file(&texture),
     };
-    Ok(Encoded { bytes, bits, reason: None })
+    file.write_all(&bytes)?;
+    Ok(Written { bits, reason: None })
 }
 
 /// The bytes of texels.

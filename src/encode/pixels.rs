@@ -23,6 +23,8 @@ pub struct Pixels<'a> {
     pub fraction: bool,
 }
 
+/// Values that are written together, at least.
+const BAND: usize = 1 << 20;
 /// Values that are looked at together.
 const CHUNK: usize = 1 << 12;
 
@@ -61,6 +63,11 @@ impl Pixels<'_> {
             return Err(EncodeError::NotFinite(At { channel: error_name(&at.channel), ..at }));
         }
         Ok(())
+    }
+
+    /// Values of so many whole rows that they are worth being written together.
+    pub(super) fn bands(&self) -> std::slice::Chunks<'_, f32> {
+        self.data.chunks(self.row_len().max(1) * BAND.div_ceil(self.row_len().max(1)))
     }
 
     /// Number of values in a row.

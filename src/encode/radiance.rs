@@ -3,7 +3,7 @@
 
 use rayon::prelude::*;
 
-use super::encoded::Encoded;
+use super::encoded::{Target, Written};
 use super::error::EncodeError;
 use super::metadata::Metadata;
 use super::pixels::Pixels;
@@ -17,20 +17,22 @@ const LEAST_RUN: usize = 4;
 /// A Radiance file; a texture of one channel is grey. Its header tells what the texture is in comment lines.
 ///
 /// # Errors
-/// [`EncodeError::OutsideShared`] for values below 0.
-pub(super) fn to_hdr(pixels: &Pixels<'_>, metadata: &Metadata) -> Result<Encoded, EncodeError> {
+/// [`EncodeError::OutsideShared`] for values below 0; [`EncodeError::Codec`] where the file cannot be written.
+pub(super) fn write(pixels: &Pixels<'_>, metadata: &Metadata, file: &mut dyn Target) -> Result<Written, EncodeError> {
     pixels.check()?;
     check(pixels, &Range::RGBE)?;
-    let mut file = format!("#?RADIANCE\n# skyloom {}\n", metadata.version);
+    let mut head = format!("#?RADIANCE\n# skyloom {}\n", metadata.version);
     for (name, value) in metadata.in_words() {
         // A line each, whatever a word may hold.
-        file.push_str(&format!("# {name} = {}\n", value.replace(|letter: char| letter.is_control(), " ")));
+        head.push_str(&format!("# {name} = {}\n", value.replace(|letter: char| letter.is_control(), " ")));
     }
-    file.push_str(&format!("FORMAT=32-bit_rle_rgbe\n\n-Y {} +X {}\n", pixels.height, pixels.width));
-    let mut bytes = file.into_bytes();
-    let rows: Vec<Vec<u8>> = pixels.data.par_chunks(pixels.row_len()).map(|row| line(row, pixels)).collect();
-    rows.iter().for_each(|row| bytes.extend_from_slice(row));
-    Ok(Encoded { bytes, bits: 8, reason: None })
+    head.push_str(&format!("FORMAT=32-bit_rle_rgbe\n\n-Y {} +X {}\n", pixels.height, pixels.width));
+    file.write_all(head.as_bytes())?;
+    for band in pixels.bands() {
+        let rows: Vec<Vec<u8>> = band.par_chunks(pixels.row_len()).map(|row| line(row, pixels)).collect();
+        file.write_all(&rows.concat())?;
+    }
+    Ok(Written { bits: 8, reason: None })
 }
 
 fn line(row: &[f32], pixels: &Pixels<'_>) -> Vec<u8> {

@@ -1,7 +1,7 @@
 //! A texture as the bytes of a file that says what it is.
 
 use crate::axes::Axes;
-use crate::encode::{self, Encoded, Frame, Metadata, Pixels, Place};
+use crate::encode::{self, Encoded, Frame, Metadata, Pixels, Place, Target, Written};
 use crate::illumination::Illumination;
 use crate::job::{Job, RenderError, Texture};
 use crate::plan::expected_error;
@@ -14,8 +14,22 @@ use crate::version::VERSION;
 /// [`RenderError::Invalid`] where the file cannot hold the values; a texel that is not finite would be a fault of the
 /// renderer.
 pub fn encode(texture: &Texture, job: &Job) -> Result<Encoded, RenderError> {
+    let pixels = pixels(texture, job);
+    Ok(encode::encode(&pixels, &metadata(job, texture), &job.request().output, texture.white)?)
+}
+
+/// Writes the file of [`encode`] band by band.
+///
+/// # Errors
+/// Those of [`encode`]; [`RenderError::Encode`] where it cannot be written.
+pub fn encode_to(texture: &Texture, job: &Job, file: &mut dyn Target) -> Result<Written, RenderError> {
+    let pixels = pixels(texture, job);
+    Ok(encode::encode_to(&pixels, &metadata(job, texture), &job.request().output, texture.white, file)?)
+}
+
+fn pixels<'a>(texture: &'a Texture, job: &Job) -> Pixels<'a> {
     let request = job.request();
-    let pixels = Pixels {
+    Pixels {
         width: texture.width,
         height: texture.height,
         channels: texture.channels,
@@ -24,8 +38,7 @@ pub fn encode(texture: &Texture, job: &Job) -> Result<Encoded, RenderError> {
         alpha: request.output.linear().alpha,
         // What lies outside 0 to 1 is noise.
         fraction: matches!(request.wanted, Wanted::Shadow(_)),
-    };
-    Ok(encode::encode(&pixels, &metadata(job, texture), &request.output, texture.white)?)
+    }
 }
 
 /// What a file says of itself besides its texels.

@@ -167,14 +167,74 @@ fn tables_in_the_making_hold_nobody_up_who_has_his_and_those_of_clients_that_lef
     assert!(start.elapsed() < 8 * SOON, "{:?}", start.elapsed());
 }
 
+/// Ten readers that read next to nothing, of textures of 64 MiB each, where there is memory for one.
+#[cfg(target_os = "linux")]
+#[test]
+fn slow_readers_of_large_textures_hold_neither_memory_nor_others_up() {
+    const TEXTURE: u64 = 4 * 4096 * 4096;
+    let data = tempfile::tempdir().unwrap();
+    let settings = "[server]\nstall_timeout_s = 600\nleast_rate = 0\n[cache]\nmemory_bytes = 0\n[store]\ntexture_bytes = 0\n\
+                    [limits]\nreply_memory_bytes = 200000000\n[queue]\ntimeout_s = 200\n";
+    let server = Server::with_settings(data.path(), settings);
+    server.is_ready();
+    let sky = server.sky(&scene());
+    let texture = |time: u32| format!("{sky}/thickness.f32?size=4096&time={time}");
+    let first = server.get(&texture(0));
+    assert_eq!((first.status, first.body.len() as u64), (200, TEXTURE));
+    // Until the other renderers are made, as below.
+    std::thread::sleep(Duration::from_secs(12));
+    let before = eventually("the end of warming up", || {
+        let before = server.memory();
+        std::thread::sleep(Duration::from_secs(6));
+        (server.memory() < before + (1 << 20)).then_some(before)
+    });
+    let start = Instant::now();
+    let readers: Vec<_> = (1..=10)
+        .map(|time| {
+            let mut stream = TcpStream::connect(server.host()).unwrap();
+            let head = format!("GET {} HTTP/1.1\r\nHost: localhost\r\n\r\n", texture(time));
+            stream.write_all(head.as_bytes()).unwrap();
+            stream
+        })
+        .collect();
+    for mut reader in &readers {
+        let mut head = [0; 15];
+        reader.read_exact(&mut head).unwrap();
+        assert_eq!(&head, b"HTTP/1.1 200 OK");
+    }
+    let aside = || server.metric("skyloom_spool_bytes").unwrap() as u64;
+    eprintln!("all ten have begun after {} s", start.elapsed().as_secs());
+    assert_eq!(aside(), 10 * TEXTURE);
+    let grown = server.memory().saturating_sub(before) >> 20;
+    eprintln!("10 readers of 64 MiB pin {grown} MiB");
+    // In memory all of them would be 640 MiB: here a texture that the renderer keeps at most, and a few pieces each.
+    assert!(grown < 64 + 32, "{grown} MiB");
+    // Everybody else is served, the same bytes under the same tag as ever.
+    let again = server.get(&texture(0));
+    assert!(again.body == first.body && again.header("etag") == first.header("etag"));
+    // One of the ten reads on, to its end.
+    let mut reader = readers.into_iter().next_back().unwrap();
+    let mut rest = Vec::new();
+    let mut piece = vec![0; 1 << 20];
+    while (rest.len() as u64) < TEXTURE {
+        let count = reader.read(&mut piece).unwrap();
+        assert!(count > 0, "{} bytes", rest.len());
+        rest.extend_from_slice(&piece[..count]);
+    }
+    assert!(rest.ends_with(&server.get(&texture(10)).body));
+    drop(reader);
+    eventually("all files to be gone", || (aside() == 0).then_some(()));
+}
+
 /// Twenty readers that read nothing, of textures of 16 MiB each.
 #[cfg(target_os = "linux")]
 #[test]
 fn readers_that_do_not_read_pin_no_more_than_the_budget() {
     const BUDGET: u64 = 48 << 20;
     let data = tempfile::tempdir().unwrap();
-    let settings =
-        format!("[server]\nstall_timeout_s = 3\n[cache]\nmemory_bytes = 0\n[limits]\nreply_memory_bytes = {BUDGET}\n");
+    let settings = format!(
+        "[server]\nstall_timeout_s = 3\n[cache]\nmemory_bytes = 0\n[limits]\nreply_memory_bytes = {BUDGET}\nreply_disk_bytes = 0\n"
+    );
     let server = Server::with_settings(data.path(), &settings);
     server.is_ready();
     let sky = server.sky(&scene());

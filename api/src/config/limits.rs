@@ -31,6 +31,8 @@ pub struct Limits {
     pub upload_memory_bytes: u64,
     /// Bytes of replies in memory at a time, until they are sent.
     pub reply_memory_bytes: u64,
+    /// Bytes of large replies in files at a time, until they are sent; 0 keeps them in memory.
+    pub reply_disk_bytes: u64,
     /// Times x points of one series of light at points.
     pub series_values: u64,
     /// Textures of one `POST /v1/render`.
@@ -104,6 +106,7 @@ impl Default for Limits {
             image_store_bytes: 4 << 30,
             upload_memory_bytes: 512 << 20,
             reply_memory_bytes: 2 << 30,
+            reply_disk_bytes: 8 << 30,
             series_values: 20_000,
             bundle_textures: 16,
             bundle_texels: 4096 * 4096,

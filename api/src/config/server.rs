@@ -21,6 +21,8 @@ pub struct Server {
     pub admin_listen: Option<Listen>,
     /// Folder of registered skies, images and computed tables.
     pub data: PathBuf,
+    /// Folder of large replies on their way; empty for `data`.
+    pub spool: PathBuf,
     /// Permits an address that other machines can reach; there is no authentication.
     pub allow_remote: bool,
     /// Connections served at a time.
@@ -51,6 +53,7 @@ impl Default for Server {
             listen: SocketAddr::from(([127, 0, 0, 1], 8080)).into(),
             admin_listen: None,
             data: PathBuf::from("./data"),
+            spool: PathBuf::new(),
             allow_remote: false,
             connections: 512,
             connections_per_client: 384,

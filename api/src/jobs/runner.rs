@@ -117,7 +117,7 @@ async fn draw(app: &Arc<App>, job: &Arc<Job>, at_ms: i64) -> Result<(), ApiError
         let mut request = texture.request;
         request.time_s = time_s;
         let given = textures::given(app, &job.spec.sky, &job.spec.scene, request, &Client::Jobs).await?;
-        files.push((texture.file.clone(), given.reply.bytes.clone()));
+        files.push((texture.file.clone(), given.reply.content.whole().await?));
     }
     let new: u64 = files.iter().map(|(_, bytes)| bytes.len() as u64).sum();
     let most = app.config.jobs.store_bytes;

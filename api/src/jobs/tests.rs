@@ -8,7 +8,7 @@ use std::sync::atomic::{AtomicBool, AtomicI64, Ordering};
 use axum::body::Body;
 use axum::http::{Request, StatusCode};
 use http_body_util::BodyExt as _;
-use skyloom::encode::Encoded;
+use skyloom::encode::{Target, Written};
 use skyloom::gpu::GpuError;
 use skyloom::render::{RenderError, Watch};
 use tempfile::TempDir;
@@ -89,8 +89,11 @@ impl Render for Fake {
         }
         let time = job.request().time_s;
         self.clock.now.fetch_add((self.takes)(time), Ordering::SeqCst);
-        let file = Encoded { bytes: format!("{time}").into_bytes(), bits: 8, reason: None };
-        Ok(Picture { shape: [1, 1, 1], timings: Vec::new(), encode: Box::new(|| Ok(file)) })
+        let encode = move |file: &mut dyn Target| {
+            write!(file, "{time}").unwrap();
+            Ok(Written { bits: 8, reason: None })
+        };
+        Ok(Picture { shape: [1, 1, 1], timings: Vec::new(), encode: Box::new(encode) })
     }
 }
 

@@ -41,6 +41,6 @@ fn picture(texture: Texture, job: Arc<Job>) -> Picture {
     Picture {
         shape: [texture.height, texture.width, u32::try_from(texture.channels.len()).unwrap_or(u32::MAX)],
         timings: texture.timings.clone(),
-        encode: Box::new(move || skyloom::render::encode(&texture, &job)),
+        encode: Box::new(move |file| skyloom::render::encode_to(&texture, &job, file)),
     }
 }

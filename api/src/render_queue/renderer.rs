@@ -1,11 +1,12 @@
 //! What the queue needs of a renderer.
 
 use std::fmt;
+use std::io::Cursor;
 use std::sync::Arc;
 use std::time::Duration;
 
 use serde::Serialize;
-use skyloom::encode::Encoded;
+use skyloom::encode::{Target, Written};
 use skyloom::gpu::GpuError;
 use skyloom::render::{Job, RenderError, Watch};
 
@@ -28,8 +29,17 @@ pub struct Picture {
     pub shape: [u32; 3],
     /// What each stage took.
     pub timings: Vec<(&'static str, Duration)>,
-    /// Makes the file.
-    pub encode: Box<dyn FnOnce() -> Result<Encoded, RenderError> + Send>,
+    /// Writes the file; again, if what it was written to failed.
+    pub encode: Box<dyn Fn(&mut dyn Target) -> Result<Written, RenderError> + Send>,
+}
+
+impl Picture {
+    /// The file in memory.
+    pub fn in_memory(&self) -> Result<(Vec<u8>, Written), RenderError> {
+        let mut file = Cursor::new(Vec::new());
+        let written = (self.encode)(&mut file)?;
+        Ok((file.into_inner(), written))
+    }
 }
 
 /// What the render thread needs of a renderer; tests put a fake in its place.

@@ -7,7 +7,7 @@ use axum::http::{Method, StatusCode, header};
 use axum::response::Response;
 use http_body_util::BodyExt as _;
 use serde_json::{Value, json};
-use skyloom::encode::Encoded;
+use skyloom::encode::Written;
 use skyloom::gpu::GpuError;
 use tower::ServiceExt as _;
 
@@ -58,8 +58,11 @@ impl Render for Fake {
             Act::Lose => return Err(RenderError::DeviceLost("a test".into())),
             Act::Fail => return Err(RenderError::Defect("a test")),
         }
-        let file = Encoded { bytes: vec![1], bits: 8, reason: None };
-        Ok(Picture { shape: [1, 1, 1], timings: vec![("draw", Duration::ZERO)], encode: Box::new(|| Ok(file)) })
+        let encode = |file: &mut dyn skyloom::encode::Target| {
+            file.write_all(&[1]).unwrap();
+            Ok(Written { bits: 8, reason: None })
+        };
+        Ok(Picture { shape: [1, 1, 1], timings: vec![("draw", Duration::ZERO)], encode: Box::new(encode) })
     }
 }
 
