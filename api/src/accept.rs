@@ -19,6 +19,7 @@ use tokio::sync::Semaphore;
 use crate::app::App;
 use crate::client::{Client, network};
 use crate::connections::{Connections, Cut, Place};
+use crate::unread::Unread;
 use crate::watched::{Reply, Watched};
 
 /// Pause after a connection could not be accepted (out of file descriptors, usually).
@@ -106,7 +107,7 @@ async fn serve(app: Arc<App>, stream: TcpStream, address: IpAddr, place: Place, 
         tracing::debug!(%error, "set_nodelay");
     }
     let connection = Arc::clone(&place.connection);
-    let watched = Watched::new(stream, Arc::clone(&connection));
+    let watched = Watched::new(stream, Arc::clone(&connection), Unread::new(Arc::clone(&app), address));
     let router = TowerToHyperService::new(router);
     let service = service_fn(move |request: Request<Incoming>| {
         connection.request();

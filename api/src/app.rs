@@ -21,6 +21,7 @@ use crate::gate::Gate;
 use crate::images::ImageStore;
 use crate::jobs::Jobs;
 use crate::mark;
+use crate::meaning::Meanings;
 use crate::metrics::Metrics;
 use crate::problem::ApiError;
 use crate::render_queue::{Factory, RenderQueue};
@@ -59,6 +60,8 @@ pub struct App {
     pub queue: RenderQueue,
     /// Encoded replies by entity tag.
     pub replies: Replies,
+    /// What addresses of textures mean.
+    pub meanings: Meanings,
     /// Tables being made.
     pub tables: SingleFlight<Result<(), ApiError>>,
     /// Leave to make tables.
@@ -157,6 +160,7 @@ impl App {
             replies: Replies::new(cache.memory_bytes, finished, Arc::clone(&spool)),
             spool,
             bounded: [tables, textures],
+            meanings: Meanings::default(),
             tables: SingleFlight::default(),
             image_work: Gate::new(IMAGE_WORK),
             deliveries: Arc::new(Budget::new(limits.reply_memory_bytes)),

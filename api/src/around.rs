@@ -25,8 +25,7 @@ pub async fn around(State(app): State<Arc<App>>, request: Request, next: Next) -
     let id = app.request_id();
     let (mut parts, body) = request.into_parts();
     let (method, path) = (parts.method.clone(), parts.uri.path().to_owned());
-    let route =
-        parts.extensions.get::<MatchedPath>().map_or_else(|| "none".to_owned(), |route| route.as_str().to_owned());
+    let route = parts.extensions.get::<MatchedPath>().cloned();
     let (allowed, origin) = (&app.config.access.cors, parts.headers.get(header::ORIGIN).cloned());
     let asked = cors::preflight(allowed, &parts);
     let admitted = access::admit(&app.config, &mut parts);
@@ -57,12 +56,13 @@ pub async fn around(State(app): State<Arc<App>>, request: Request, next: Next) -
         headers.insert(REQUEST_ID, value);
     }
     let known = headers.get(SERVER_TIMING).and_then(|value| value.to_str().ok());
-    let timing = known.map_or_else(String::new, |known| format!("{known}, "));
-    if let Ok(value) = HeaderValue::from_str(&format!("{timing}total;dur={:.3}", took.as_secs_f64() * 1e3)) {
+    let (known, separator) = known.map_or(("", ""), |known| (known, ", "));
+    let us = took.as_micros();
+    if let Ok(value) = HeaderValue::from_str(&format!("{known}{separator}total;dur={}.{:03}", us / 1000, us % 1000)) {
         headers.insert(SERVER_TIMING, value);
     }
     let (status, ms) = (response.status().as_u16(), (took.as_secs_f64() * 1e5).round() / 100.0);
-    app.metrics.answered(method.as_str(), &route, status, took);
+    app.metrics.answered(method.as_str(), route.as_ref().map_or("none", MatchedPath::as_str), status, took);
     if access::changes(&method, &path) {
         // What was changed, and what somebody tried to change: one line each, under a name of its own.
         tracing::info!(target: "skyloom::audit", id, trace_id, parent_id, %client, %method, path, status, ms, "write");

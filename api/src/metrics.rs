@@ -17,11 +17,17 @@ const BOUNDS_S: [f64; 9] = [0.005, 0.02, 0.1, 0.5, 1.0, 2.5, 5.0, 10.0, 30.0];
 /// What is counted as it happens; what simply is, is asked for when somebody looks.
 #[derive(Debug, Default)]
 pub struct Metrics {
-    requests: Mutex<BTreeMap<(&'static str, String, u16), u64>>,
-    routes: Mutex<BTreeMap<String, Times>>,
+    routes: Mutex<BTreeMap<String, Route>>,
     stages: Mutex<BTreeMap<&'static str, Times>>,
     /// Textures that were in memory, and that were not.
     cache: [AtomicU64; 2],
+}
+
+/// Replies of a route by method and status, and their times.
+#[derive(Debug, Default)]
+struct Route {
+    replies: BTreeMap<(&'static str, u16), u64>,
+    times: Times,
 }
 
 #[derive(Clone, Copy, Debug, Default)]
@@ -54,8 +60,14 @@ fn method_name(method: &str) -> &'static str {
 impl Metrics {
     /// A request was answered. `route` is the pattern of its address: addresses themselves have no end.
     pub fn answered(&self, method: &str, route: &str, status: u16, took: Duration) {
-        *lock(&self.requests).entry((method_name(method), route.to_owned(), status)).or_default() += 1;
-        lock(&self.routes).entry(route.to_owned()).or_default().add(took);
+        let mut routes = lock(&self.routes);
+        if !routes.contains_key(route) {
+            routes.insert(route.to_owned(), Route::default());
+        }
+        if let Some(own) = routes.get_mut(route) {
+            *own.replies.entry((method_name(method), status)).or_default() += 1;
+            own.times.add(took);
+        }
     }
 
     /// A texture was made.
@@ -78,11 +90,16 @@ impl Metrics {
         let adapter = app.queue.adapter().map_or_else(String::new, |adapter| adapter.name.clone());
         page.line("skyloom_build_info", &[("version", &skyloom::VERSION), ("adapter", &adapter)], 1.0);
         page.family("skyloom_requests_total", "counter", "Requests answered.");
-        for ((method, route, status), count) in lock(&self.requests).iter() {
+        let routes = lock(&self.routes);
+        for (route, ((method, status), count)) in
+            routes.iter().flat_map(|(route, own)| own.replies.iter().map(move |replies| (route, replies)))
+        {
             let labels = [("method", *method), ("route", route), ("status", &status.to_string())];
             page.line("skyloom_requests_total", &labels, *count as f64);
         }
-        page.times("skyloom_request_seconds", "route", "Time to the head of a reply.", lock(&self.routes).iter());
+        let times = routes.iter().map(|(route, own)| (route, &own.times));
+        page.times("skyloom_request_seconds", "route", "Time to the head of a reply.", times);
+        drop(routes);
         page.times("skyloom_stage_seconds", "stage", "Time of the stages of renders.", lock(&self.stages).iter());
         let [hits, misses] = self.cache.each_ref().map(|count| count.load(Ordering::Relaxed) as f64);
         page.family("skyloom_cache_requests_total", "counter", "Textures found in memory, or not.");

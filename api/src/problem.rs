@@ -349,6 +349,19 @@ pub fn document(response: Response, request_id: &str) -> Response {
     Response::from_parts(parts, Body::from(body))
 }
 
+/// The document of a request whose head could not be read.
+pub fn of_unread(status: StatusCode, request_id: &str) -> Vec<u8> {
+    let mut problem = Problem::of_plain(status, None);
+    let why = match status {
+        StatusCode::URI_TOO_LONG => "the address is too long",
+        StatusCode::REQUEST_HEADER_FIELDS_TOO_LARGE => "the head is too long, or has more than 100 fields",
+        _ => "the head cannot be read: its first line, a field of it, or what it says of its body is no HTTP/1.1",
+    };
+    why.clone_into(&mut problem.detail);
+    problem.instance = format!("urn:skyloom:request:{request_id}");
+    serde_json::to_vec(&problem).unwrap_or_default()
+}
+
 #[cfg(test)]
 #[allow(clippy::unwrap_used, clippy::panic, reason = "a test stops where it fails")]
 mod tests {

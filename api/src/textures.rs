@@ -3,19 +3,15 @@
 //! Order of work: sky, query, tag (304), memory, then one run shared by everyone who asks for the same thing: tables, queue,
 //! render, encoding. Waiting for tables has no limit but that somebody waits; the deadline begins when they are there.
 
-use std::fmt::Write as _;
 use std::sync::atomic::AtomicBool;
 use std::sync::{Arc, Mutex};
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
 use axum::Json;
-use axum::body::{Body, Bytes};
 use axum::extract::{Path, Query, State};
-use axum::http::{HeaderMap, HeaderName, HeaderValue, Method as HttpMethod, StatusCode, header};
+use axum::http::{HeaderMap, Method as HttpMethod, Uri, header};
 use axum::response::{IntoResponse, Response};
-use futures_util::stream;
 use serde::Serialize;
-use sha2::{Digest as _, Sha256};
 use skyloom::encode::Output;
 use skyloom::plan::{Choice, Plan, expected_error, meets_tolerance};
 use skyloom::render::Images;
@@ -27,6 +23,7 @@ use crate::budget::Share;
 use crate::client::Client;
 use crate::config::Limits;
 use crate::deliver::{Delivery, HasShare};
+use crate::meaning::{Meaning, entity_tag, not_modified};
 use crate::problem::{ApiError, FieldProblem, field_problems};
 use crate::render_queue::{Adapter, Failure, failure};
 use crate::replies::{Given, Reply, Stopped};
@@ -36,61 +33,61 @@ use crate::version::{self, Caching};
 
 /// Bytes of what a file says of itself, at most.
 const ABOUT_ITSELF: u64 = 16 << 10;
-const SHAPE: HeaderName = HeaderName::from_static("x-skyloom-shape");
-/// Bits of a sample: an EXR is half unless its values need floats, which the parameter `reason` explains (RFC 9651).
-const DEPTH: HeaderName = HeaderName::from_static("skyloom-depth");
-const EXPECTED_ERROR: HeaderName = HeaderName::from_static("skyloom-expected-error");
-const TOLERANCE_MET: HeaderName = HeaderName::from_static("skyloom-tolerance-met");
-const SERVER_TIMING: HeaderName = HeaderName::from_static("server-timing");
 
 /// Answers a request for a texture.
 pub async fn get(
     State(app): State<Arc<App>>,
     method: HttpMethod,
     Path((id, file)): Path<(String, String)>,
-    Query(query): Query<Vec<(String, String)>>,
+    uri: Uri,
     client: Client,
     headers: HeaderMap,
 ) -> Result<Response, ApiError> {
     let scene = app.sky(&id).await?;
-    let Some((texture, format)) = file.rsplit_once('.') else {
-        return Err(ApiError::UnknownTexture(format!("{file:?} names no texture: it is {{texture}}.{{format}}")));
+    let known = app.queue.adapter().and_then(|adapter| app.meanings.get(&uri, &adapter));
+    let meaning = match known {
+        Some(meaning) => meaning,
+        None => {
+            let (caching, request) = read_address(&app, &scene, &file, &uri)?;
+            app.meanings.keep(&uri, Meaning::new((&id, &scene), request, caching, adapter(&app).await?)?)
+        }
     };
-    let (caching, request) = read(texture, format, query)?;
-    let request = fitted(&scene, &request, &app.config.limits).map_err(ApiError::InvalidQuery)?;
-
-    let tag = tag(&app, &id, &request).await?;
-    if not_modified(&headers, &tag) {
-        let timing = (SERVER_TIMING, HeaderValue::from_static("cache;desc=known"));
-        let headers = [(header::ETAG, tag_value(&tag)?), (header::CACHE_CONTROL, caching.header()), timing];
-        return Ok((StatusCode::NOT_MODIFIED, headers).into_response());
+    let Meaning { request, tag, .. } = &*meaning;
+    if not_modified(&headers, tag) {
+        return Ok(meaning.not_modified());
     }
-    let plan = Plan::new(&request, &scene);
-    let choices = plan.explain(&scene, &request);
-    let head = Head { tag: &tag, caching, request: &request, plan: &plan, choices: &choices };
     if method == HttpMethod::HEAD {
-        return match app.replies.get(&tag) {
-            Some(reply) => head.with(&reply, true, Delivery::of_head(reply.content.clone())),
+        return match app.replies.get(tag) {
+            Some(reply) => meaning.with(&reply, true, Delivery::of_head(reply.content.clone())),
             // Nothing is rendered for a head; that the images are whole costs little to see.
-            None => images(&app, &scene, &client).await.and_then(|_| head.alone()),
+            None => images(&app, &scene, &client).await.map(|_| meaning.alone()),
         };
     }
-    let given = kept(&app, &scene, request, &tag, &client).await?;
+    let given = kept(&app, &scene, *request, tag, &client).await?;
     app.metrics.looked_up(given.was_kept);
     let share = given.share(&app.deliveries, &client, Instant::now() + app.config.queue.timeout()).await?;
     let body = Delivery::body(given.reply.content.clone(), share);
-    let mut response = head.with(&given.reply, given.was_kept, body)?;
+    let mut response = meaning.with(&given.reply, given.was_kept, body)?;
     response.extensions_mut().insert(HasShare);
     Ok(response)
 }
 
-/// The entity tag of a texture. Without an adapter there is none; one that is just being prepared is worth waiting for.
-async fn tag(app: &Arc<App>, id: &str, request: &Request) -> Result<String, ApiError> {
+/// The adapter, which is a part of every tag. One that is just being prepared is worth waiting for.
+async fn adapter(app: &App) -> Result<Arc<Adapter>, ApiError> {
     if app.queue.adapter().is_none() {
         app.queue.started(Instant::now() + app.config.queue.timeout()).await?;
     }
-    let adapter = app.queue.adapter().ok_or_else(|| ApiError::NotReady("the renderer is not prepared".to_owned()))?;
-    Ok(entity_tag(id, request, &adapter))
+    app.queue.adapter().ok_or_else(|| ApiError::NotReady("the renderer is not prepared".to_owned()))
+}
+
+/// What an address of a sky says.
+fn read_address(app: &App, scene: &Scene, file: &str, uri: &Uri) -> Result<(Caching, Request), ApiError> {
+    let Some((texture, format)) = file.rsplit_once('.') else {
+        return Err(ApiError::UnknownTexture(format!("{file:?} names no texture: it is {{texture}}.{{format}}")));
+    };
+    let query = form_urlencoded::parse(uri.query().unwrap_or_default().as_bytes()).into_owned();
+    let (caching, request) = read(texture, format, query.collect())?;
+    Ok((caching, fitted(scene, &request, &app.config.limits).map_err(ApiError::InvalidQuery)?))
 }
 
 async fn kept(
@@ -112,7 +109,7 @@ pub async fn given(
     request: Request,
     client: &Client,
 ) -> Result<Given, ApiError> {
-    let tag = tag(app, id, &request).await?;
+    let tag = entity_tag(id, &request, &*adapter(app).await?);
     kept(app, scene, request, &tag, client).await
 }
 
@@ -308,125 +305,4 @@ pub async fn images(app: &Arc<App>, scene: &Scene, client: &Client) -> Result<Im
     let _pass = app.image_work.enter(client, "images of a scene").await;
     let app = Arc::clone(app);
     blocking(move || app.images.load(&references)).await
-}
-
-fn entity_tag(id: &str, request: &Request, adapter: &Adapter) -> String {
-    let mut hash = Sha256::new();
-    let (file, query) = (request.file_name(), request.to_query());
-    let query = query.iter().flat_map(|(name, value)| [*name, value.as_str()]);
-    for part in [id, &file, &skyloom::VERSION, &adapter.name, &adapter.driver].into_iter().chain(query) {
-        hash.update(part.as_bytes());
-        hash.update([0]);
-    }
-    hash.finalize().iter().take(16).fold(String::with_capacity(32), |mut text, byte| {
-        // Writing to a string cannot fail.
-        write!(text, "{byte:02x}").unwrap_or_default();
-        text
-    })
-}
-
-/// Whether `If-None-Match` names the tag. The comparison is the weak one (RFC 9110, 13.1.2).
-pub fn not_modified(headers: &HeaderMap, tag: &str) -> bool {
-    headers.get_all(header::IF_NONE_MATCH).iter().filter_map(|value| value.to_str().ok()).any(|list| {
-        list.split(',').map(str::trim).any(|entry| {
-            let entry = entry.strip_prefix("W/").unwrap_or(entry);
-            entry == "*" || entry.strip_prefix('"').and_then(|rest| rest.strip_suffix('"')) == Some(tag)
-        })
-    })
-}
-
-/// A tag as a header has it.
-pub fn tag_value(tag: &str) -> Result<HeaderValue, ApiError> {
-    value(&format!("\"{tag}\""))
-}
-
-fn server_timing(timings: &[(&'static str, Duration)]) -> String {
-    let mut text = String::new();
-    for (stage, time) in timings {
-        let separator = if text.is_empty() { "" } else { ", " };
-        let stage = stage.replace(|letter: char| !letter.is_ascii_alphanumeric(), "-");
-        write!(text, "{separator}{stage};dur={:.3}", time.as_secs_f64() * 1e3).unwrap_or_default();
-    }
-    text
-}
-
-/// What every reply with a texture says about it.
-struct Head<'a> {
-    tag: &'a str,
-    caching: Caching,
-    request: &'a Request,
-    plan: &'a Plan,
-    choices: &'a [Choice],
-}
-
-impl Head<'_> {
-    /// The reply to a request for the texture.
-    fn with(&self, reply: &Reply, was_kept: bool, body: Body) -> Result<Response, ApiError> {
-        let mut response = self.over(body)?;
-        let [height, width, channels] = reply.shape;
-        let timing = if was_kept { "cache;desc=hit".to_owned() } else { server_timing(&reply.timings) };
-        let headers = response.headers_mut();
-        headers.insert(SHAPE, value(&format!("{height},{width},{channels}"))?);
-        headers.insert(SERVER_TIMING, value(&timing)?);
-        headers.insert(DEPTH, value(&reply.depth)?);
-        Ok(response)
-    }
-
-    /// The reply to a request for the headers of a texture that was not made: without those that only making it tells.
-    fn alone(&self) -> Result<Response, ApiError> {
-        // A body whose length is not known: the texture's is not 0.
-        self.over(Body::from_stream(stream::empty::<Result<Bytes, std::io::Error>>()))
-    }
-
-    fn over(&self, body: Body) -> Result<Response, ApiError> {
-        let mut response = Response::new(body);
-        let headers = response.headers_mut();
-        headers.insert(header::CONTENT_TYPE, HeaderValue::from_static(self.request.format().media_type()));
-        headers.insert(header::ETAG, tag_value(self.tag)?);
-        headers.insert(header::CACHE_CONTROL, self.caching.header());
-        headers.insert(EXPECTED_ERROR, value(&three_digits(expected_error(self.choices)))?);
-        let met = if meets_tolerance(self.choices, self.plan) { "true" } else { "false" };
-        headers.insert(TOLERANCE_MET, HeaderValue::from_static(met));
-        Ok(response)
-    }
-}
-
-fn value(text: &str) -> Result<HeaderValue, ApiError> {
-    HeaderValue::from_str(text).map_err(|error| ApiError::Internal(error.to_string()))
-}
-
-/// A number to three significant digits, as short as it goes: an expected error is known no better.
-fn three_digits(number: f64) -> String {
-    format!("{number:.2e}").parse::<f64>().unwrap_or(number).to_string()
-}
-
-#[cfg(test)]
-#[allow(clippy::unwrap_used, clippy::panic, reason = "a test stops where it fails")]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn if_none_match_takes_lists_weak_tags_and_a_star() {
-        let asks = |text: &str| {
-            let headers = HeaderMap::from_iter([(header::IF_NONE_MATCH, HeaderValue::from_str(text).unwrap())]);
-            not_modified(&headers, "abc")
-        };
-        assert!(asks("\"abc\"") && asks("\"x\", W/\"abc\"") && asks("*"));
-        assert!(!asks("\"abcd\"") && !asks("abc") && !asks(""));
-    }
-
-    #[test]
-    fn stages_become_tokens_in_milliseconds() {
-        let timings = [("cloud light", Duration::from_micros(1500)), ("encode", Duration::from_millis(2))];
-        assert_eq!(server_timing(&timings), "cloud-light;dur=1.500, encode;dur=2.000");
-    }
-
-    #[test]
-    fn errors_are_told_to_three_digits() {
-        for (number, text) in
-            [(0.0, "0"), (0.340_147, "0.34"), (0.006_324_6, "0.00632"), (1.0, "1"), (2e-7, "0.0000002")]
-        {
-            assert_eq!(three_digits(number), text);
-        }
-    }
 }

@@ -10,18 +10,22 @@ use hyper::body::{Body, Frame, SizeHint};
 use tokio::io::{AsyncRead, AsyncWrite, ReadBuf};
 
 use crate::connections::Connection;
+use crate::unread::Unread;
 
 /// A stream whose connection learns what comes and goes.
 #[derive(Debug)]
 pub struct Watched<S> {
     stream: S,
     connection: Arc<Connection>,
+    unread: Unread,
+    /// What is left of a document that is sent in place of an answer.
+    instead: Option<Bytes>,
 }
 
 impl<S> Watched<S> {
     /// Watches a stream.
-    pub fn new(stream: S, connection: Arc<Connection>) -> Self {
-        Self { stream, connection }
+    pub fn new(stream: S, connection: Arc<Connection>, unread: Unread) -> Self {
+        Self { stream, connection, unread, instead: None }
     }
 
     fn tell(&self, written: Poll<io::Result<usize>>) -> Poll<io::Result<usize>> {
@@ -31,6 +35,23 @@ impl<S> Watched<S> {
             Poll::Ready(Err(_)) => {}
         }
         written
+    }
+}
+
+impl<S: AsyncWrite + Unpin> Watched<S> {
+    /// Sends a document in place of the answer, if it is to have one: what of the answer is written by that.
+    fn poll_instead(&mut self, cx: &mut Context<'_>, answer: &[u8]) -> Option<Poll<io::Result<usize>>> {
+        if self.instead.is_none() {
+            self.instead = self.unread.instead(answer);
+        }
+        while let Some(rest) = self.instead.as_mut().filter(|rest| !rest.is_empty()) {
+            match Pin::new(&mut self.stream).poll_write(cx, rest) {
+                Poll::Ready(Ok(0)) => return Some(Poll::Ready(Err(io::ErrorKind::WriteZero.into()))),
+                Poll::Ready(Ok(sent)) => _ = rest.split_to(sent),
+                other => return Some(other),
+            }
+        }
+        self.instead.take().map(|_| Poll::Ready(Ok(answer.len())))
     }
 }
 
@@ -47,7 +68,8 @@ impl<S: AsyncRead + Unpin> AsyncRead for Watched<S> {
 
 impl<S: AsyncWrite + Unpin> AsyncWrite for Watched<S> {
     fn poll_write(mut self: Pin<&mut Self>, cx: &mut Context<'_>, bytes: &[u8]) -> Poll<io::Result<usize>> {
-        let written = Pin::new(&mut self.stream).poll_write(cx, bytes);
+        let instead = self.poll_instead(cx, bytes);
+        let written = instead.unwrap_or_else(|| Pin::new(&mut self.stream).poll_write(cx, bytes));
         self.tell(written)
     }
 
@@ -56,7 +78,11 @@ impl<S: AsyncWrite + Unpin> AsyncWrite for Watched<S> {
         cx: &mut Context<'_>,
         bytes: &[io::IoSlice<'_>],
     ) -> Poll<io::Result<usize>> {
-        let written = Pin::new(&mut self.stream).poll_write_vectored(cx, bytes);
+        let instead = match bytes {
+            [answer] => self.poll_instead(cx, answer),
+            _ => None,
+        };
+        let written = instead.unwrap_or_else(|| Pin::new(&mut self.stream).poll_write_vectored(cx, bytes));
         self.tell(written)
     }
 

@@ -280,6 +280,47 @@ fn a_body_that_does_not_come_is_408_and_a_head_that_does_not_come_is_cut_off() {
 
 /// Whatever is repeated of a request, its reply is not much longer than a page.
 #[test]
+fn a_head_that_cannot_be_read_has_its_problem_document() {
+    let common = common();
+    let fields = "X: 1\r\n".repeat(101);
+    let long = format!("X: {}\r\n", "x".repeat(500_000));
+    let post = |own: &str| format!("POST /v1/skies HTTP/1.1\r\nHost: localhost\r\n{own}\r\n");
+    for (request, status) in [
+        ("GET\r\n\r\n".to_owned(), 400),
+        ("GET /health HTTP/9.9\r\nHost: localhost\r\n\r\n".to_owned(), 400),
+        ("G\u{1}T / HTTP/1.1\r\nHost: localhost\r\n\r\n".to_owned(), 400),
+        ("GET /health HTTP/1.1\r\nno colon\r\n\r\n".to_owned(), 400),
+        (post("Content-Length: nine\r\n"), 400),
+        (post("Content-Length: -1\r\n"), 400),
+        (post("Content-Length: 1\r\nContent-Length: 2\r\n"), 400),
+        (post("Transfer-Encoding: gzip\r\n"), 400),
+        (post(&fields), 431),
+        (post(&long), 431),
+        (format!("GET /{} HTTP/1.1\r\nHost: localhost\r\n\r\n", "x".repeat(70_000)), 414),
+    ] {
+        let mut stream = TcpStream::connect(common.server.host()).unwrap();
+        // It may be answered, and closed, before all of it was sent.
+        let _ = stream.write_all(request.as_bytes());
+        let mut answer = Vec::new();
+        let _ = stream.read_to_end(&mut answer);
+        let answer = String::from_utf8(answer).unwrap();
+        if answer.is_empty() && request.len() > 400_000 {
+            // The connection was reset under what was still being sent.
+            continue;
+        }
+        let told: String = request.chars().take(60).collect();
+        let (head, body) = answer.split_once("\r\n\r\n").unwrap_or_else(|| panic!("{told:?}: {answer:?}"));
+        assert!(head.starts_with(&format!("HTTP/1.1 {status} ")), "{told:?}: {head}");
+        assert!(head.contains("\r\ncontent-type: application/problem+json\r\n"), "{told:?}: {head}");
+        let problem: serde_json::Value = serde_json::from_str(body).unwrap();
+        let id = head.split_once("x-request-id: ").unwrap().1.split_once('\r').unwrap().0;
+        assert_eq!(problem["status"], status, "{problem}");
+        assert_eq!(problem["instance"], format!("urn:skyloom:request:{id}"), "{problem}");
+        assert!(problem["detail"].as_str().unwrap().len() > 20 && head.contains("connection: close"), "{answer}");
+    }
+}
+
+#[test]
 fn errors_do_not_amplify() {
     let common = common();
     let sky = common.server.sky(&scene());

@@ -18,7 +18,7 @@ use super::spec::{self, Spec, problem};
 use crate::app::{App, blocking};
 use crate::client::Client;
 use crate::problem::{ApiError, FieldProblem, field_problems};
-use crate::{body, clock, textures};
+use crate::{body, clock, meaning, textures};
 
 /// Bytes of a job beside its scene.
 const JOB_BYTES: usize = 256 << 10;
@@ -141,8 +141,8 @@ fn tagged(
     bytes: axum::body::Bytes,
 ) -> Result<Response, ApiError> {
     let tag = sha256.get(..TAG).unwrap_or(sha256);
-    let value = textures::tag_value(tag)?;
-    if textures::not_modified(headers, tag) {
+    let value = meaning::tag_value(tag)?;
+    if meaning::not_modified(headers, tag) {
         let told = [(header::ETAG, value), (header::CACHE_CONTROL, header::HeaderValue::from_static("no-cache"))];
         return Ok((StatusCode::NOT_MODIFIED, told).into_response());
     }

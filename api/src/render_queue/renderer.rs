@@ -23,14 +23,17 @@ pub struct Adapter {
     pub driver: String,
 }
 
+/// Writes a file; again, if what it was written to failed.
+pub(super) type Encode = Box<dyn Fn(&mut dyn Target) -> Result<Written, RenderError> + Send>;
+
 /// A rendered texture, ready to be encoded on another thread.
 pub struct Picture {
     /// Height, width and channels.
     pub shape: [u32; 3],
     /// What each stage took.
     pub timings: Vec<(&'static str, Duration)>,
-    /// Writes the file; again, if what it was written to failed.
-    pub encode: Box<dyn Fn(&mut dyn Target) -> Result<Written, RenderError> + Send>,
+    /// Writes its file.
+    pub encode: Encode,
 }
 
 impl Picture {
