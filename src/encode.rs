@@ -15,6 +15,7 @@ mod ktx2;
 mod metadata;
 mod mips;
 mod openexr;
+mod openexr_blocks;
 mod output;
 mod packed;
 mod parts;

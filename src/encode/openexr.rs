@@ -5,7 +5,6 @@
 
 use std::io::SeekFrom;
 
-use exr::block::{BlockIndex, UncompressedBlock};
 use exr::math::Vec2;
 use exr::meta::BlockDescription;
 use exr::meta::attribute::{
@@ -13,13 +12,13 @@ use exr::meta::attribute::{
     LineOrder, SampleType, Text,
 };
 use exr::meta::header::Header;
-use half::f16;
 use rayon::prelude::*;
 
-use super::channels::{Channel, channels};
+use super::channels::channels;
 use super::encoded::{Encoded, Target, Written};
 use super::error::EncodeError;
 use super::metadata::Metadata;
+use super::openexr_blocks::{Block, Packer};
 use super::pixels::Pixels;
 use super::precision::{check_half, why_float};
 
@@ -135,48 +134,26 @@ pub(super) fn write(
     for first in (0..blocks).step_by(BATCH) {
         let batch: Vec<_> = (first..blocks.min(first + BATCH))
             .into_par_iter()
-            .map(|block| {
+            .map_init(Packer::new, |packer, block| {
                 let top = block * lines;
                 let rows = lines.min(size.height() - top);
-                let index = BlockIndex {
-                    layer: 0,
-                    pixel_position: Vec2(0, top),
-                    pixel_size: Vec2(size.width(), rows),
-                    level: Vec2(0, 0),
-                };
-                let data = block_samples(&channels, depth, size.width(), top, rows);
-                let chunk = UncompressedBlock { index, data }.compress_to_chunk(std::slice::from_ref(&header))?;
-                let mut bytes = Vec::new();
-                chunk.write(&mut bytes, 1).map(|()| bytes)
+                packer.pack(&channels, depth, &Block { width: size.width(), top, rows })
             })
             .collect();
-        for chunk in batch {
-            let chunk = chunk.map_err(codec)?;
+        for (block, packed) in (first..).zip(batch) {
+            let packed = packed.map_err(|error| codec(error.as_str()))?;
             offsets.extend_from_slice(&(place as u64).to_le_bytes());
-            place += chunk.len();
-            file.write_all(&chunk)?;
+            // Both below 2^31: a texture has at most 2^14 rows, a block 16.
+            let head = [(block * lines) as i32, packed.len() as i32].map(i32::to_le_bytes);
+            place += head.as_flattened().len() + packed.len();
+            file.write_all(head.as_flattened())?;
+            file.write_all(&packed)?;
         }
     }
     file.seek(SeekFrom::Start(table as u64))?;
     file.write_all(&offsets)?;
     file.seek(SeekFrom::End(0))?;
     Ok(Written { bits: depth.bits(), reason })
-}
-
-/// Samples of a block: line by line, in a line channel by channel.
-fn block_samples(channels: &[Channel<'_>], depth: Depth, width: usize, top: usize, rows: usize) -> Vec<u8> {
-    let mut samples = Vec::with_capacity(rows * width * channels.len() * 4);
-    for row in top..top + rows {
-        for channel in channels {
-            let values = channel.data.iter().skip(row * width * channel.step + channel.place);
-            let values = values.step_by(channel.step).take(width);
-            match depth {
-                Depth::Half => samples.extend(values.flat_map(|&value| f16::from_f32(value).to_ne_bytes())),
-                Depth::Float => samples.extend(values.flat_map(|value| value.to_ne_bytes())),
-            }
-        }
-    }
-    samples
 }
 
 fn attributes(
