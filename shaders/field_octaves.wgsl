@@ -1,6 +1,6 @@
 // Four octaves of tiling noise, one a channel: what does not change with time, made once a field.
 @group(0) @binding(0) var<uniform> octaves: Octaves;
-@group(0) @binding(1) var noise_out: texture_storage_2d<rgba32float, write>;
+@group(0) @binding(1) var noise_out: texture_storage_2d<rgba16float, write>;
 
 @compute @workgroup_size(16, 16)
 fn main(@builtin(global_invocation_id) id: vec3<u32>) {

@@ -1,7 +1,7 @@
 // Four octaves of tiling noise, one a channel, without the axes of a lattice: each is the sum of two whose lattices stand at
 // half a right angle to each other, over the root of two, so that its variance is that of one. Made once a field.
 @group(0) @binding(0) var<uniform> octaves: Turned;
-@group(0) @binding(1) var noise_out: texture_storage_2d<rgba32float, write>;
+@group(0) @binding(1) var noise_out: texture_storage_2d<rgba16float, write>;
 
 @compute @workgroup_size(16, 16)
 fn main(@builtin(global_invocation_id) id: vec3<u32>) {

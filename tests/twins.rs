@@ -39,8 +39,10 @@ const DOWNSAMPLE: Tolerance = Tolerance::new(0.0, 3.0 * ROUND);
 /// 1.56 / (1.0888 * 0.2151), on two feature distances 4e-6; the steepest of the profiles, that of open cells, times 8.1,
 /// gives 3.3e-5. The octaves add 1.4e-5 in the same way.
 const CELLS: Tolerance = Tolerance::new(5e-5, 0.0);
-/// An octave: two slopes of up to 1.4 at an angle that is known to 2.4e-7, and its sine to 1.2e-7; blends of four.
-const NOISE: Tolerance = Tolerance::new(2e-6, 0.0);
+/// What a half float may be off, however a device rounds to it.
+const HALF: f64 = 1.0 / 1024.0;
+/// An octave: two slopes of up to 1.4 at an angle that is known to 2.4e-7, and its sine to 1.2e-7; blends of four. Kept as halves.
+const NOISE: Tolerance = Tolerance::new(2e-6, HALF);
 /// Sixteen products of up to 1 and their sum.
 const VELOCITY: Tolerance = Tolerance::new(16.0 * ROUND * 3.0, 0.0);
 /// Up to thirteen products a layer and their sum, values of up to 6 in all.
@@ -158,7 +160,7 @@ fn check_field(stages: &Stages) {
 /// changes by up to twice its way in a step, and there are two.
 fn turned(octaves: &Turned) -> Tolerance {
     let steps = octaves.turns.as_flattened().iter().map(|step| f64::from(step.abs())).fold(0.0, f64::max);
-    Tolerance::new(2e-6 + 8.0 * ROUND * steps, 0.0)
+    Tolerance::new(2e-6 + 8.0 * ROUND * steps, HALF)
 }
 
 /// Waves: an angle of up to half a turn whose part of a turn, up to 2, is rounded twice (1.5e-6), and its cosine (1.2e-7), by

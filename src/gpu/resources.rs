@@ -57,7 +57,7 @@ impl Kernels {
     }
 }
 
-/// A 2-D float texture with its views. Clones are the same texture.
+/// A 2-D texture of floats or halves with its views. Clones are the same texture.
 #[derive(Clone)]
 pub(crate) struct Target {
     texture: wgpu::Texture,
@@ -75,6 +75,15 @@ impl Target {
     pub(crate) fn level_size(&self, level: usize) -> [u32; 2] {
         [(self.width >> level).max(1), (self.height >> level).max(1)]
     }
+
+    fn is_half(&self) -> bool {
+        self.texture.format() == wgpu::TextureFormat::Rgba16Float
+    }
+
+    /// Bytes of so many texels.
+    fn bytes(&self, texels: u32) -> u32 {
+        texels * self.channels * if self.is_half() { 2 } else { 4 }
+    }
 }
 
 impl Gpu {
@@ -85,6 +94,15 @@ impl Gpu {
             2 => wgpu::TextureFormat::Rg32Float,
             _ => wgpu::TextureFormat::Rgba32Float,
         };
+        self.target(label, size, format, levels)
+    }
+
+    /// A texture of four half floats a texel, of half the memory.
+    pub(crate) fn half(&self, label: &str, size: [u32; 2]) -> Target {
+        self.target(label, size, wgpu::TextureFormat::Rgba16Float, 1)
+    }
+
+    fn target(&self, label: &str, size: [u32; 2], format: wgpu::TextureFormat, levels: u32) -> Target {
         let texture = self.device.create_texture(&wgpu::TextureDescriptor {
             label: Some(label),
             size: wgpu::Extent3d { width: size[0], height: size[1], depth_or_array_layers: 1 },
@@ -106,7 +124,7 @@ impl Gpu {
             })
         };
         let (view, levels) = (texture.create_view(&Default::default()), (0..levels).map(level).collect());
-        Target { texture, view, levels, width: size[0], height: size[1], channels }
+        Target { texture, view, levels, width: size[0], height: size[1], channels: format.components().into() }
     }
 
     /// A texture filled from the host: rows of `size[0]` texels of 1 or 4 floats.
@@ -221,7 +239,7 @@ impl Gpu {
     ) -> Result<Vec<HostMap>, GpuError> {
         // Rows are padded as copies want it.
         let row = |target: &Target, width: u32| {
-            let bytes = 4 * target.channels * width;
+            let bytes = target.bytes(width);
             (bytes, bytes.next_multiple_of(wgpu::COPY_BYTES_PER_ROW_ALIGNMENT))
         };
         let sizes = wanted.iter().map(|(target, level)| {
@@ -268,7 +286,12 @@ impl Gpu {
             let (own, after) = rest.split_at((padded * height) as usize / 4);
             rest = after;
             let rows = own.chunks(padded as usize / 4);
-            let data = rows.flat_map(|padded| &padded[..bytes as usize / 4]).copied().collect();
+            let rows = rows.map(|padded| &padded[..bytes as usize / 4]);
+            let data = if target.is_half() {
+                rows.flat_map(bytemuck::cast_slice::<f32, f16>).map(|value| value.to_f32()).collect()
+            } else {
+                rows.flatten().copied().collect()
+            };
             HostMap { width, height, channels: target.channels, data }
         });
         Ok(maps.collect())
