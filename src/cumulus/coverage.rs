@@ -3,6 +3,7 @@
 //! Clouds are sorted into classes of widths, an octave each. Those of a class stand in cells of a lattice of their own, at most one
 //! in each, so that they rarely overlap; lattices of different classes know nothing of each other.
 
+use super::shape::LAST_LEVEL_M;
 use std::f64::consts::TAU;
 
 /// Clouds become rarer as they become wider: their number goes with width to the power of minus this (1.7 to 2.3 in the literature).
@@ -46,6 +47,10 @@ const REACH_STEP: f64 = 0.05;
 const REACH_LEAST: f64 = 0.01;
 /// Spheres of a cloud, in the mean over its life, for the same least radii.
 const SPHERES: [f64; 6] = [547.0, 449.0, 192.0, 50.0, 10.0, 5.4];
+/// What the last level of spheres, which only wide clouds have, adds to what a cloud covers, as a part of it, and to its spheres. A row for
+/// each least radius of that level, widths, from `LAST_LEAST` down, each half the one before. Measured as well.
+const LAST: [[f64; 2]; 4] = [[0.0, 0.0], [0.0143, 1430.0], [0.0233, 2900.0], [0.024, 3470.0]];
+const LAST_LEAST: f64 = 0.024;
 /// Steps of a class's own table, of the middle quarter of a cell, and of a whole one.
 const STEPS: usize = 64;
 const QUARTER: u32 = 4;
@@ -92,7 +97,8 @@ impl Class {
     fn spheres(&self, coarse: f64) -> f64 {
         let spheres = |part: f64| {
             let width_m = self.width_of(part);
-            blend(least_m(coarse, 0.0, width_m) / width_m, |row| SPHERES[row].ln()).exp()
+            let least_m = least_m(coarse, 0.0, width_m);
+            blend(least_m / width_m, |row| SPHERES[row].ln()).exp() + last(least_m, width_m)[1]
         };
         self.clouds() * WIDTHS.into_iter().map(spheres).sum::<f64>() / WIDTHS.len() as f64
     }
@@ -110,10 +116,11 @@ impl Class {
         let step_m = farthest_m / STEPS as f64;
         let mut table = [0.0; STEPS + 1];
         for width_m in WIDTHS.map(|part| self.width_of(part)) {
-            let least = least_m(coarse, 0.0, width_m) / width_m;
+            let least_m = least_m(coarse, 0.0, width_m);
+            let wider_m = width_m * (1.0 + last(least_m, width_m)[0]).sqrt();
             for (i, value) in table.iter_mut().enumerate() {
-                let reached = |row: usize| reach(row, i as f64 * step_m / width_m);
-                *value += blend(least, reached) / WIDTHS.len() as f64;
+                let reached = |row: usize| reach(row, i as f64 * step_m / wider_m);
+                *value += blend(least_m / width_m, reached) / WIDTHS.len() as f64;
             }
         }
         let reached = |x: f64, y: f64| {
@@ -151,6 +158,13 @@ impl Class {
 pub(super) fn least_m(coarse: f64, detail_m: f64, width_m: f64) -> f64 {
     let least_m = (coarse * LEAST_M).min(coarse * LEAST_PART * width_m);
     least_m.max(detail_m.min(DETAIL_PART * width_m))
+}
+
+/// What the last level adds to a cloud whose spheres are not below a radius: see [`LAST`].
+fn last(least_m: f64, width_m: f64) -> [f64; 2] {
+    let at = (LAST_LEAST * width_m / least_m.max(LAST_LEVEL_M)).log2().clamp(0.0, (LAST.len() - 1) as f64);
+    let low = (at as usize).min(LAST.len() - 2);
+    [0, 1].map(|column| LAST[low][column] + (LAST[low + 1][column] - LAST[low][column]) * (at - low as f64))
 }
 
 /// A value between those of two rows of a table, for a least radius in widths.
@@ -240,8 +254,8 @@ mod tests {
     use super::*;
     use glam::DVec2;
 
-    /// What clouds of width 1 cover, and their spheres, in the mean over their lives.
-    fn measured(least: f64) -> (f64, f64) {
+    /// What clouds of a width cover, squares of it, and their spheres, in the mean over their lives.
+    fn measured(width_m: f64, least_m: f64) -> (f64, f64) {
         const CLOUDS: u32 = 150;
         const AGES: u32 = 8;
         let mut scratch = Scratch::default();
@@ -249,9 +263,10 @@ mod tests {
         for number in 0..CLOUDS * AGES {
             let age = (f64::from(number % AGES) + (0.618 * f64::from(number / AGES)).fract()) / f64::from(AGES);
             let key = pcg3d([number / AGES, 12, 34]);
-            let cloud = Cloud { key, centre: DVec2::ZERO, base_m: 0.0, width_m: 1.0, age };
+            let cloud = Cloud { key, centre: DVec2::ZERO, base_m: 0.0, width_m, age };
             let mut discs: Vec<(DVec2, f64)> = Vec::new();
-            cloud.spheres(least, &mut scratch, |_, Sphere { centre, radius_m }| {
+            cloud.spheres(least_m, &mut scratch, |_, Sphere { centre, radius_m }| {
+                let (centre, radius_m) = (centre / width_m, radius_m / width_m);
                 let below = centre.z.min(0.0);
                 discs.push((centre.truncate(), radius_m * radius_m - below * below));
             });
@@ -268,7 +283,7 @@ mod tests {
     #[test]
     fn the_tables_are_those_of_the_shape() {
         for (row, least) in [(0, 0.01), (2, 0.04), (5, 0.32)] {
-            let (area, count) = measured(least);
+            let (area, count) = measured(1.0, least);
             let step = |i: usize| TAU * (i as f64 + 0.5) * REACH_STEP * REACH_STEP * REACH[row][i];
             let told: f64 = (0..REACH[row].len()).map(step).sum();
             // Clouds differ by a fifth from each other: more than two standard errors.
@@ -296,6 +311,19 @@ mod tests {
                     }
                 }
             }
+        }
+    }
+
+    /// So are those of the last level.
+    #[test]
+    fn wide_clouds_have_more_spheres_and_cover_as_much_more() {
+        for width_m in [800.0, 1500.0, 2000.0, 4500.0, 9000.0] {
+            let least_m = least_m(1.0, 0.0, width_m);
+            let ((area, count), (less, fewer)) = (measured(width_m, least_m), measured(1.0, least_m / width_m));
+            let [more, added] = last(least_m, width_m);
+            // A seventh of what the test of coverage allows, and what the number of spheres may be off.
+            assert!((area / less - 1.0 - more).abs() < 0.003, "{width_m}: {} not {more}", area / less);
+            assert!((count - fewer - added).abs() < 0.2 * count, "{width_m}: {} not {added}", count - fewer);
         }
     }
 }

@@ -22,10 +22,27 @@ const RAISED: [[f64; 2]; 3] = [[0.03, 0.07], [0.12, 0.36], [0.0, 0.2]];
 const GROWS: f64 = 0.18;
 const BEGIN: f64 = 0.2;
 const SHRINKS: f64 = 0.2;
-/// Radius of the spheres of a level, relative to those that they sit on, at most, and how many sit on one.
-const LEVELS: [(f64, u32); 2] = [(0.5, 28), (0.42, 22)];
-/// How far their centres are from the centre of that, its radii.
-const SITS: f64 = 0.92;
+/// Spheres that sit on others.
+#[derive(Debug, Clone, Copy)]
+struct Level {
+    /// Their radius, relative to those that they sit on, at most.
+    ratio: f64,
+    /// How many sit on one.
+    count: u32,
+    /// How far their centres are from the centre of that, its radii.
+    sits: f64,
+    /// Below this radius they vanish, metres.
+    least_m: f64,
+}
+
+/// Spheres of the last level vanish below this radius, metres: clouds less than about 1000 m wide have none.
+pub(super) const LAST_LEVEL_M: f64 = 24.0;
+/// Without the last, spheres of wide clouds would be seen as such.
+const LEVELS: [Level; 3] = [
+    Level { ratio: 0.5, count: 28, sits: 0.92, least_m: 0.0 },
+    Level { ratio: 0.42, count: 22, sits: 0.92, least_m: 0.0 },
+    Level { ratio: 0.45, count: 20, sits: 0.88, least_m: LAST_LEVEL_M },
+];
 /// Least radius of those, relative to the greatest.
 const LEAST: f64 = 0.6;
 /// Spheres fade away as they sink into others: from how deep on, and over what way, in greatest radii of their level.
@@ -34,7 +51,7 @@ const SINKS: f64 = 0.6;
 /// So they do around the base's height.
 const BASE_FADE: f64 = 0.6;
 /// Least number of a sphere on which the last level sits.
-const LAST: u32 = 32;
+const LAST: u32 = 32 * 32;
 /// Angle between a direction and the next one around the vertical that spreads them evenly (Fibonacci's lattice).
 const GOLDEN: f64 = 2.399_963_229_728_653;
 
@@ -95,10 +112,10 @@ impl Cloud {
         balls.clear();
         self.roots(balls);
         let mut level = 0..balls.len();
-        for (ratio, count) in LEVELS {
+        for kind in LEVELS {
             let coarser = balls.len();
             for parent in level {
-                self.children(parent, coarser, (ratio, count), least_m, balls, near);
+                self.children(parent, coarser, kind, least_m.max(kind.least_m), balls, near);
             }
             level = coarser..balls.len();
         }
@@ -139,7 +156,7 @@ impl Cloud {
         &self,
         parent: usize,
         coarser: usize,
-        (ratio, count): (f64, u32),
+        Level { ratio, count, sits, .. }: Level,
         least_m: f64,
         balls: &mut Vec<Ball>,
         near: &mut Vec<Sphere>,
@@ -155,7 +172,7 @@ impl Cloud {
         let shows_m = (SINKS - SUNK) * greatest_m;
         near.clear();
         near.extend(balls[..coarser].iter().filter(|other| other.number != number).filter_map(|other| {
-            let reach_m = SITS * radius_m + shows_m + other.radius_m;
+            let reach_m = sits * radius_m + shows_m + other.radius_m;
             let is_near = other.centre.distance_squared(centre) < reach_m * reach_m;
             is_near.then_some(Sphere { centre: other.centre, radius_m: other.radius_m })
         }));
@@ -166,14 +183,14 @@ impl Cloud {
             let size_m = greatest_m * between([LEAST, 1.0], size);
             let place = f64::from(child) - 0.5;
             let up = 1.0 - 2.0 * (place + 0.8 * (up - 0.5)) / f64::from(count);
-            let height_m = centre.z + SITS * radius_m * up;
+            let height_m = centre.z + sits * radius_m * up;
             let over = smooth(height_m / (BASE_FADE * greatest_m) + 0.5);
             if visible(size_m * over, least_m) <= 0.0 {
                 continue;
             }
             let angle = TAU * turn + GOLDEN * place + 0.5 * (around - 0.5);
             let flat = DVec2::from_angle(angle) * (1.0 - up * up).max(0.0).sqrt();
-            let towards = SITS * dvec3(flat.x, flat.y, up);
+            let towards = sits * dvec3(flat.x, flat.y, up);
             let at = centre + radius_m * towards;
             let mut free_m = shows_m;
             for sphere in near.iter() {
