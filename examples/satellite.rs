@@ -1,5 +1,5 @@
-//! A satellite's product as a scene: cloud optical thickness in scaled counts, cloud-top height in metres, both with fill values, and
-//! one effective radius. A granule is made up here, in the numbers and with the attributes of such files.
+//! A satellite's product as a scene: cloud optical thickness and effective radius in scaled counts, cloud-top height in metres, with their
+//! fill values. A granule is made up here, in the numbers and with the attributes of such files.
 //!
 //! `cargo run --release --example satellite` writes `satellite.png`, the clouds from above, and prints the light on the ground.
 #![allow(clippy::print_stdout, reason = "its result is what it prints")]
@@ -13,7 +13,7 @@ use std::sync::Arc;
 
 /// Pixels a side of the granule, each a kilometre wide.
 const PIXELS: u32 = 64;
-/// What the product's attributes say: optical thickness is counts times this, fill values are not cloud.
+/// What the product's attributes say: optical thickness and radius (µm) are counts times this, fill values are not cloud.
 const SCALE_FACTOR: f64 = 0.01;
 const FILL_COUNTS: f32 = -9999.0;
 const FILL_M: f32 = -999.0;
@@ -34,6 +34,9 @@ fn main() -> Result<(), Box<dyn Error>> {
     let counts = granule(&|u, v| depth(u, v) / SCALE_FACTOR, FILL_COUNTS);
     let heights_m = granule(&|u, v| 1450.0 + 150.0 * long(u, v) + 60.0 * cross(v, u), FILL_M);
 
+    // Large droplets where the cloud is deep.
+    let radii = granule(&|u, v| (8.0 + 0.25 * depth(u, v) + cross(v, u)) / SCALE_FACTOR, FILL_COUNTS);
+
     // The renderer takes decoded images by the hash of their file; here their numbers stand for it.
     let mut images = Images::new();
     let mut add = |data: Vec<f32>| -> Result<String, Box<dyn Error>> {
@@ -41,7 +44,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         images.insert(name.clone(), Arc::new(Image::new(PIXELS, PIXELS, 1, data, ImageEncoding::Float)?));
         Ok(name)
     };
-    let (counts, heights_m) = (add(counts)?, add(heights_m)?);
+    let (counts, heights_m, radii) = (add(counts)?, add(heights_m)?, add(radii)?);
     let scene = json!({
         "domain": { "extent_m": 1000 * PIXELS, "resolution": 4 * PIXELS },
         "sun": { "zenith_deg": 42, "azimuth_deg": 155 },
@@ -50,6 +53,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         "layers": [{
             "top": { "image": heights_m, "scale_m": 1, "fill": FILL_M },
             "optical_depth": { "image": counts, "scale": SCALE_FACTOR, "fill": FILL_COUNTS },
+            "effective_radius": { "image": radii, "scale_um": SCALE_FACTOR, "fill": FILL_COUNTS },
             "droplets": { "effective_radius_um": 11, "number_per_cm3": 90 },
         }],
     });

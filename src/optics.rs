@@ -25,6 +25,7 @@ pub mod moments;
 mod particles;
 pub mod phase;
 pub mod quadrature;
+mod radii;
 pub mod size;
 mod store;
 mod table;
@@ -40,6 +41,7 @@ pub use moments::{moments, resum};
 pub use particles::{PARTICLE_RADIUS_UM, Particles};
 pub use phase::{Cut, PhaseFunction};
 pub use quadrature::gauss_legendre;
+pub use radii::Radii;
 pub use size::{BROADNESS, SizeDistribution};
 pub use table::{Doubt, PhaseTable, TABLE_POINTS, TableFault};
 
@@ -126,6 +128,19 @@ impl Mix {
                 format!("phase function of {} points, albedo {albedo}", table.points().len())
             }
         }
+    }
+}
+
+impl Mix {
+    /// Droplets of other effective radii, of a range in µm, beside those of the mix, at 550 nm; none if it isn't one of water. Radii beyond
+    /// [`EFFECTIVE_RADIUS_UM`] are taken as at its ends.
+    #[must_use]
+    pub fn radii(&self, range_um: &RangeInclusive<f64>) -> Option<Radii> {
+        let Self::Gamma { effective_radius_um, broadness, refractive_index } = self else { return None };
+        let sizes = SizeDistribution { effective_radius_um: *effective_radius_um, broadness: *broadness };
+        let allowed = |radius_um: f64| radius_um.clamp(*EFFECTIVE_RADIUS_UM.start(), *EFFECTIVE_RADIUS_UM.end());
+        let range_um = allowed(*range_um.start())..=allowed(*range_um.end());
+        Some(Radii::new(&sizes, refractive_index.map(|index| index[1]), WAVELENGTHS_NM[1], &range_um))
     }
 }
 

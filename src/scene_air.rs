@@ -59,7 +59,7 @@ pub fn covered_mix(
         let cross_sections = droplets.channels.each_ref().map(|channel| channel.cross_section_um2);
         let extinction_per_m = layer.droplets.extinction_per_m(cross_sections);
         let droplets = Arc::clone(droplets);
-        let profile = field::profile(&layer.shape, images, extinction_per_m[1])?;
+        let profile = field::profile(layer, images, extinction_per_m[1])?;
         layers.push(CoverLayer { profile, extinction_per_m, droplets });
     }
     Ok(layers.iter().any(CoverLayer::has_cloud).then(|| CoveredMix { air: air.clone(), layers }))

@@ -353,6 +353,8 @@ fn shapes_are_their_own_normal_form() {
         json!({"top": heights, "optical_depth": depth}),
         json!({"top": heights, "base_m": 300}),
         json!({"base_m": 300, "optical_depth": depth}),
+        json!({"top": heights, "optical_depth": depth, "effective_radius": {"image": NAME, "scale_um": 0.01, "fill": -1}}),
+        json!({"base_m": 300, "thickness": uniform, "effective_radius": {"image": NAME}}),
         json!({"thickness": {"kind": "image", "image": NAME, "scale_m": 300, "fill": 0.5}}),
     ] {
         let scene = Scene::from_json(shaped(fields.clone()).to_string().as_bytes()).unwrap();
@@ -417,6 +419,24 @@ fn shapes_that_say_too_much_or_too_little_are_told() {
             "wind/turbulence_m_s",
             "eddies",
         ),
+        (json!({"base_m": 100, "thickness": sheet, "effective_radius": depth}), "thickness/kind", "uniform, image"),
+        (json!({"thickness": uniform, "effective_radius": 12}), "effective_radius", "object"),
+        (
+            json!({"thickness": uniform, "effective_radius": {"image": NAME, "scale": 1}}),
+            "effective_radius/scale",
+            "scale_um",
+        ),
+        (
+            json!({"thickness": uniform, "effective_radius": depth, "wind": {"turbulence_m_s": 1}}),
+            "wind/turbulence_m_s",
+            "eddies",
+        ),
+        (
+            json!({"thickness": uniform, "effective_radius": depth,
+                "droplets": {"henyey_greenstein": 0.8, "extinction_per_m": 0.1}}),
+            "effective_radius",
+            "droplets of water",
+        ),
         (json!({"top": {"image": NAME}, "base_m": 100}), "top/scale_m", "missing"),
         (json!({"top": {"image": NAME, "scale_m": 1, "fill": "none"}, "base_m": 100}), "top/fill", "number"),
         (json!({"kind": "cumulus", "flat": "top"}), "flat", "allowed"),
@@ -474,4 +494,23 @@ fn maps_that_do_not_fit_together_are_told() {
     assert!(check(hung, by_depth(&[900.0, 100.0], &[4.0, 2.0]))[0].detail.contains("below the ground"));
     let found = check(json!({"base_m": 100, "optical_depth": depth}), vec![(name("c"), image(2, &[4.0, 1001.0]))]);
     assert!(found[0].pointer == "/layers/0/optical_depth/image" && found[0].detail.contains("1000"), "{found:?}");
+    // Radii are those that droplets may have, but for what stands for no cloud; a mean far from the droplets' own is told.
+    let radius = |fill: Value| json!({"base_m": 100, "optical_depth": depth, "effective_radius": {"image": name("d"), "fill": fill}});
+    let by_radius = |radii: &[f32]| vec![(name("c"), image(2, &[4.0, 2.0])), (name("d"), image(2, radii))];
+    let found = check(radius(json!(-1)), by_radius(&[12.0, 0.0]));
+    assert!(
+        found[0].pointer == "/layers/0/effective_radius/image" && found[0].detail.contains("0.5 to 50"),
+        "{found:?}"
+    );
+    assert!(check(radius(json!(0)), by_radius(&[12.0, 0.0])).is_empty());
+    let sizes = check(radius(json!(0)), vec![(name("c"), image(2, &[4.0, 2.0])), (name("d"), image(1, &[9.0, 9.0]))]);
+    assert!(
+        sizes[0].pointer == "/layers/0/effective_radius/image" && sizes[0].detail.contains("one size"),
+        "{sizes:?}"
+    );
+    for (radii, told) in [([12.0, 0.0], true), ([8.0, 0.0], false), ([9.0, 5.0], false)] {
+        let scene = Scene::from_json(shaped(radius(json!(0))).to_string().as_bytes()).unwrap();
+        let notes = scene.check_images(&by_radius(&radii).into_iter().collect()).notes;
+        assert_eq!(notes.iter().any(|note| note.pointer == "/layers/0/effective_radius"), told, "{radii:?}: {notes:?}");
+    }
 }

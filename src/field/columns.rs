@@ -1,7 +1,8 @@
 //! Layers by maps: columns with bases, tops and optical depths of their own, as the passes read them.
 
 use crate::image::{Image, MissingImage};
-use crate::scene::{Edge, Shape, ShapeMaps};
+use crate::optics::Radii;
+use crate::scene::{Droplets, Edge, Layer, Shape, ShapeMaps};
 use std::collections::HashMap;
 use std::sync::Arc;
 
@@ -10,8 +11,8 @@ use std::sync::Arc;
 pub(crate) struct ColumnMap {
     /// Texels across and down.
     pub(crate) size: [u32; 2],
-    /// Of each: the thickness that a cloud of the layer's extinction had at the column's optical depth; top and base above the
-    /// base plane, metres; 0.
+    /// Of each: the thickness that a cloud of the layer's extinction had at the column's optical depth, or at that which droplets of another
+    /// radius count as; top and base above the base plane, metres; 0.
     pub(crate) texels: Vec<[f32; 4]>,
     /// Height of the base plane: the lowest base.
     pub(crate) base_m: f64,
@@ -24,16 +25,18 @@ pub(crate) struct ColumnMap {
 }
 
 impl ColumnMap {
-    /// The columns of a shape that has maps, in a cloud of an extinction (550 nm, 1/m, above 0).
+    /// The columns of a layer that has maps, of droplets of an extinction (550 nm, 1/m, above 0).
     ///
     /// # Errors
     /// An image is missing.
     pub(crate) fn new(
-        shape: &Shape,
+        layer: &Layer,
         images: &HashMap<String, Arc<Image>>,
         extinction_per_m: f64,
     ) -> Result<Self, MissingImage> {
+        let shape = &layer.shape;
         let maps = ShapeMaps::new(shape, images)?;
+        let sizes = Sizes::new(layer, &maps);
         let derived_m = derived_m(shape, &maps, extinction_per_m);
         // Heights of all columns that have any, cloudy or not, and the cloud in them.
         let column = |number: usize| {
@@ -43,6 +46,13 @@ impl ColumnMap {
                 Some(depth) if thickness_m > 0.0 => depth / extinction_per_m,
                 Some(_) => 0.0,
                 None => thickness_m,
+            };
+            let path_m = match (&sizes, column.effective_radius_um) {
+                (Some(sizes), Some(radius_um)) => {
+                    let depth = path_m * extinction_per_m;
+                    sizes.counts_as(depth, radius_um, column.optical_depth.is_some()) / extinction_per_m
+                }
+                _ => path_m,
             };
             Some([path_m, column.top_m, column.base_m])
         };
@@ -60,7 +70,7 @@ impl ColumnMap {
             return Ok(Self { size: maps.size, texels, base_m, depth_m: 0.0, mean_m: [base_m; 2], density: 1.0 });
         }
         let mean_m = sums.map(|sum| sum / cloudy);
-        let own_depths = shape.optical_depth.is_some();
+        let own_depths = shape.optical_depth.is_some() || sizes.is_some();
         // Where nothing is known a column has no cloud, and the heights to which its neighbours' cloud runs out.
         let unknown = |number: usize| {
             let known: Vec<[f64; 3]> = neighbours(number, maps.size).filter_map(column).collect();
@@ -88,6 +98,33 @@ impl ColumnMap {
     /// What columns of a layer's extinction are as thick as these are deep, metres.
     pub(crate) fn paths_m(&self) -> impl Iterator<Item = f32> {
         self.texels.iter().map(|texel| texel[0])
+    }
+}
+
+/// What columns of droplets of other sizes count as.
+struct Sizes {
+    radii: Radii,
+    /// Whether the layer has as many droplets everywhere: larger ones then extinguish more.
+    by_number: bool,
+}
+
+impl Sizes {
+    /// Those of a layer that has a map of effective radius.
+    fn new(layer: &Layer, maps: &ShapeMaps<'_>) -> Option<Self> {
+        layer.shape.effective_radius.as_ref()?;
+        let radii_um = (0..maps.count()).filter_map(|number| maps.column(number, 0.0)?.effective_radius_um);
+        let ends_um =
+            radii_um.fold([f64::INFINITY, 0.0_f64], |[low, high], radius| [low.min(radius), high.max(radius)]);
+        let radii = layer.droplets.mix().radii(&(ends_um[0]..=ends_um[1]))?;
+        let by_number = matches!(layer.droplets, Droplets::Gamma { extinction_per_m: None, .. });
+        Some(Self { radii, by_number })
+    }
+
+    /// The optical depth of the layer's own droplets that a column of droplets of an effective radius (µm) counts as. `depth` is its own where
+    /// `is_own`, else that of the layer's droplets in its thickness.
+    fn counts_as(&self, depth: f64, radius_um: f64, is_own: bool) -> f64 {
+        let denser = if self.by_number && !is_own { self.radii.relative_extinction(radius_um) } else { 1.0 };
+        self.radii.counts_as(depth * denser, radius_um)
     }
 }
 

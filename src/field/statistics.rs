@@ -7,7 +7,7 @@ use super::synthetic;
 use super::transfer::{Distribution, calibrate};
 use crate::image::{Image, MissingImage};
 use crate::scene::quantity::Quantity as _;
-use crate::scene::{DepthLaw, Shape, Thickness};
+use crate::scene::{DepthLaw, Layer, Shape, Thickness};
 use std::collections::HashMap;
 use std::sync::Arc;
 
@@ -40,12 +40,13 @@ pub struct Profile {
 /// # Errors
 /// The layer's image is not among them.
 pub fn profile(
-    shape: &Shape,
+    layer: &Layer,
     images: &HashMap<String, Arc<Image>>,
     extinction_per_m: f64,
 ) -> Result<Profile, MissingImage> {
+    let shape = &layer.shape;
     if shape.has_maps() {
-        let map = ColumnMap::new(shape, images, extinction_per_m)?;
+        let map = ColumnMap::new(layer, images, extinction_per_m)?;
         let [base_m, top_m] = map.mean_m;
         let paths_m: Vec<f32> = map.paths_m().collect();
         return Ok(Profile { base_m, own_thickness_m: Some(top_m - base_m), columns: of_metres(&paths_m) });
@@ -146,7 +147,7 @@ mod tests {
             r#"{{"layers": [{{"base_m": 900, "thickness": {thickness}, "droplets": {{"effective_radius_um": 7}}}}]}}"#
         );
         let scene = Scene::from_json(text.as_bytes()).unwrap();
-        profile(&scene.layers[0].shape, &HashMap::new(), 0.05).unwrap().columns
+        profile(&scene.layers[0], &HashMap::new(), 0.05).unwrap().columns
     }
 
     #[test]

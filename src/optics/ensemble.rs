@@ -131,6 +131,26 @@ pub fn ensemble(
     })
 }
 
+/// Mean extinction cross-section of a droplet, µm², and asymmetry, without the phase function, which is what takes long. Spheres are
+/// those of [`ensemble`].
+#[must_use]
+pub fn bulk(
+    sizes: &SizeDistribution,
+    wavelength_nm: f64,
+    index: &dyn Fn(f64) -> RefractiveIndex,
+    sampling: &Sampling,
+) -> (f64, f64) {
+    let (mut area, mut extinction, mut scattering, mut asymmetry) = (0.0, 0.0, 0.0, 0.0);
+    for sphere in spheres(sizes, wavelength_nm, index, sampling) {
+        let efficiencies = Coefficients::new(sphere.size, sphere.index).efficiencies();
+        area += sphere.area_weight;
+        extinction += sphere.area_weight * efficiencies.extinction;
+        scattering += sphere.area_weight * efficiencies.scattering;
+        asymmetry += sphere.area_weight * efficiencies.scattering * efficiencies.asymmetry;
+    }
+    (sizes.mean_area_um2() * extinction / area, asymmetry / scattering)
+}
+
 /// All spheres in order of radius. The radii of different wavelengths are staggered by the golden
 /// ratio, so that all size parameters differ and the set samples size and wavelength evenly.
 fn spheres(

@@ -9,7 +9,7 @@ use crate::method::{CumulusMethod, SlabMethod, Transport};
 use crate::moment::Moment;
 use crate::plan::field_resolution;
 use crate::scene::quantity::Quantity as _;
-use crate::scene::{Shape, Wind};
+use crate::scene::{Droplets, Shape, Wind};
 use crate::tables::MixTables;
 
 /// What a layer's field is made from.
@@ -20,6 +20,8 @@ pub(super) struct SourceKey {
     shape: Shape,
     /// Of the droplets: what the optical depths of columns are measured by.
     extinction_550_per_m: Option<f64>,
+    /// What columns of droplets of other sizes are held against.
+    droplets: Option<Droplets>,
     turbulence_m_s: f64,
     rows_from_deg: Option<f64>,
 }
@@ -31,6 +33,7 @@ pub(super) struct FieldKey {
     resolution: u32,
     shape: Shape,
     extinction_550_per_m: Option<f64>,
+    droplets: Option<Droplets>,
     rows_from_deg: Option<f64>,
     /// Wind and time, where eddies move the field.
     moved: Option<(Wind, f64)>,
@@ -116,6 +119,7 @@ impl SourceKey {
             resolution: field_resolution(job.scene(), job.request()),
             shape: layer.shape.clone(),
             extinction_550_per_m: layer.shape.has_maps().then(|| job.extinction_550_per_m(number)),
+            droplets: layer.shape.effective_radius.as_ref().map(|_| layer.droplets.clone()),
             turbulence_m_s: layer.wind.turbulence_m_s.get(),
             rows_from_deg: field::rows_from_deg(&layer.shape, &layer.wind),
         }
@@ -126,13 +130,14 @@ impl FieldKey {
     pub(super) fn new(job: &Job, number: usize) -> Self {
         let layer = &job.scene().layers[number];
         let moves = field::moves(&layer.shape, &layer.wind);
-        let SourceKey { extent_m, resolution, shape, extinction_550_per_m, rows_from_deg, .. } =
+        let SourceKey { extent_m, resolution, shape, extinction_550_per_m, droplets, rows_from_deg, .. } =
             SourceKey::new(job, number);
         Self {
             extent_m,
             resolution,
             shape,
             extinction_550_per_m,
+            droplets,
             rows_from_deg,
             moved: moves.then_some((layer.wind, job.request().time_s)),
         }

@@ -376,7 +376,7 @@ fn source(
     let make = || {
         let given = match &layer.shape.thickness {
             _ if layer.shape.has_maps() => {
-                Given::Columns(ColumnMap::new(&layer.shape, job.images(), job.extinction_550_per_m(number))?)
+                Given::Columns(ColumnMap::new(layer, job.images(), job.extinction_550_per_m(number))?)
             }
             Some(Thickness::Map { image, .. }) => {
                 let found = job.images().get(&image.0);

@@ -226,6 +226,18 @@ pub const GROUPS: &[Group] = &[
         ],
     },
     Group {
+        title: "`effective_radius`",
+        place: "/layers/0/effective_radius",
+        least: r#"{"layers": [{
+            "optical_depth": {"image": "0000000000000000000000000000000000000000000000000000000000000000"},
+            "effective_radius": {"image": "0000000000000000000000000000000000000000000000000000000000000000"}}]}"#,
+        fields: &[
+            field("/image", Allowed::Other("sha256"), "as its upload answered; a path on the command line"),
+            number::<RadiusScaleUm>("/scale_um", "micrometres for a sample of 1; 0.5 to 50 µm in all"),
+            field("/fill", Allowed::Other("a number"), "the sample that stands for \"no cloud\", before it is scaled"),
+        ],
+    },
+    Group {
         title: "A layer of kind `cumulus`",
         place: "/layers/0",
         least: r#"{"layers": [{"kind": "cumulus"}]}"#,

@@ -46,4 +46,11 @@ pub enum ImagePurpose {
         /// The sample that stands for "no cloud".
         fill: Option<FillValue>,
     },
+    /// Effective radius of columns' droplets: the first channel.
+    EffectiveRadius {
+        /// Micrometres for a sample of 1.
+        scale_um: f64,
+        /// The sample that stands for "no cloud".
+        fill: Option<FillValue>,
+    },
 }

@@ -2,7 +2,7 @@
 
 use super::image_reference::ImagePurpose;
 use super::model::{FieldError, Scene};
-use super::quantity::{Albedo, FillValue, OpticalDepth, Quantity, ThicknessM};
+use super::quantity::{Albedo, EffectiveRadiusUm, FillValue, OpticalDepth, Quantity, ThicknessM};
 use super::shape::is_fill;
 use crate::image::colour::convert;
 use crate::image::{Colour, Extremes, Image, ImageEncoding, Matrix, number};
@@ -51,6 +51,10 @@ impl Scene {
                 ImagePurpose::OpticalDepth { scale, fill } => {
                     let map = Scaled { scale, offset: 0.0, fill };
                     findings.map("samples times scale", "optical depth", &map, OpticalDepth::RANGE);
+                }
+                ImagePurpose::EffectiveRadius { scale_um, fill } => {
+                    let map = Scaled { scale: scale_um, offset: 0.0, fill };
+                    findings.map("samples times scale_um", "µm", &map, EffectiveRadiusUm::RANGE);
                 }
             }
         }

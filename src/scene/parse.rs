@@ -199,9 +199,19 @@ fn layer(reader: &mut Reader, value: &Value, place: usize, extent_m: f64, resolv
     let keys: &[&str] = match kind(value) {
         Some("cumulus") => &cumulus::FIELDS,
         Some("sheet") => &sheet::FIELDS,
-        Some(_) => {
-            &["kind", "flat", "base_m", "top_m", "base", "top", "thickness", "optical_depth", "droplets", "wind"]
-        }
+        Some(_) => &[
+            "kind",
+            "flat",
+            "base_m",
+            "top_m",
+            "base",
+            "top",
+            "thickness",
+            "optical_depth",
+            "effective_radius",
+            "droplets",
+            "wind",
+        ],
         // The values of the other fields cannot be judged.
         None => {
             let object = reader.object(value, &pointer, &layer_fields())?;
@@ -220,9 +230,10 @@ fn layer(reader: &mut Reader, value: &Value, place: usize, extent_m: f64, resolv
     let shape = shape::read(reader, &layer, resolve);
     let droplets = droplets(reader, &layer, None);
     let wind = wind(reader, &layer);
-    let (shape, wind) = (shape?, wind?);
+    let (shape, droplets, wind) = (shape?, droplets?, wind?);
     shape::moves_as_asked(reader, &layer, &shape, &wind);
-    Some(AnyLayer::Stratiform(Layer { shape, droplets: droplets?, wind }))
+    shape::sized_as_asked(reader, &layer, &shape, &droplets);
+    Some(AnyLayer::Stratiform(Layer { shape, droplets, wind }))
 }
 
 pub(super) fn thickness(reader: &mut Reader, layer: &Object<'_>, resolve: Resolve<'_>) -> Option<Thickness> {

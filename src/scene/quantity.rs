@@ -125,6 +125,8 @@ quantities! {
     ExtinctionPerM: 1e-4..=1.0, "per metre";
     /// Effective radius of droplets.
     EffectiveRadiusUm: 0.5..=50.0, "µm";
+    /// Effective radius that a sample of 1 of its map stands for.
+    RadiusScaleUm: 0.0..=1e6, "µm";
     /// Broadness of the modified gamma distribution.
     Broadness: 0.5..=20.0, "";
     /// Droplets per cubic centimetre.

@@ -45,6 +45,7 @@ pub fn schema() -> Value {
         "wind": object("/layers/0", "/wind/speed_m_s")["properties"]["wind"],
         "height_map": object("/layers/0/top", "/scale_m"),
         "depth_map": object("/layers/0/optical_depth", "/scale"),
+        "radius_map": object("/layers/0/effective_radius", "/scale_um"),
         "phase_function": { "type": "array", "minItems": TABLE_POINTS.start(), "maxItems": TABLE_POINTS.end(),
             "description": "angles ascending from 0 to 180 degrees; half a degree may be missing at either end",
             "items": tuple(&[number(&(0.0..=180.0)), number(&PhaseValue::RANGE)]) },
@@ -125,13 +126,14 @@ fn stratiform() -> Value {
         "top_m" => flat["properties"]["top_m"].clone(),
         "base" | "top" => reference("height_map"),
         "optical_depth" => reference("depth_map"),
+        "effective_radius" => reference("radius_map"),
         "flat=base" => json!({ "const": "base" }),
         "flat=top" => json!({ "const": "top" }),
         other => reference(other),
     };
     let form = |needed: &[&str], allowed: &[&str], deep: &[&str]| {
         let mut form = json!({ "type": "object", "additionalProperties": false, "properties": {} });
-        let always = ["kind", "droplets", "wind", "optical_depth"];
+        let always = ["kind", "droplets", "wind", "optical_depth", "effective_radius"];
         for name in needed.iter().chain(allowed).chain(deep).chain(&always) {
             let field = name.split('=').next().unwrap_or(name);
             form["properties"][field] = known(name);

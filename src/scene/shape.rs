@@ -1,7 +1,7 @@
 //! Where a stratiform layer's cloud is: between two edges, of which the one that is not given follows from a thickness.
 
 use super::image_reference::ImagePurpose;
-use super::model::{ImageName, Resolve, Thickness, Wind};
+use super::model::{Droplets, ImageName, Resolve, Thickness, Wind};
 use super::parse::{BASE_M, default, image, thickness};
 use super::quantity::*;
 use super::read::{Object, Reader};
@@ -10,7 +10,8 @@ use super::write;
 use serde_json::{Value, json};
 
 /// Fields of a stratiform layer that tell its shape.
-pub(super) const FIELDS: [&str; 7] = ["flat", "base_m", "top_m", "base", "top", "thickness", "optical_depth"];
+pub(super) const FIELDS: [&str; 8] =
+    ["flat", "base_m", "top_m", "base", "top", "thickness", "optical_depth", "effective_radius"];
 /// Which edge of a layer may be flat.
 pub(super) const FLAT: [&str; 2] = ["base", "top"];
 
@@ -27,6 +28,8 @@ pub struct Shape {
     pub thickness: Option<Thickness>,
     /// Optical depth of the columns; without it their extinction is the droplets'.
     pub optical_depth: Option<DepthMap>,
+    /// Effective radius of the columns' droplets, where it isn't that of the layer's.
+    pub effective_radius: Option<RadiusMap>,
 }
 
 /// An edge of a layer.
@@ -64,6 +67,17 @@ pub struct DepthMap {
     pub fill: Option<FillValue>,
 }
 
+/// Effective radius of the droplets of columns: an image's first channel times a scale.
+#[derive(Debug, Clone, PartialEq)]
+pub struct RadiusMap {
+    /// Name of the image.
+    pub image: ImageName,
+    /// Micrometres for a sample of 1.
+    pub scale_um: RadiusScaleUm,
+    /// The sample that stands for "no cloud".
+    pub fill: Option<FillValue>,
+}
+
 impl HeightMap {
     /// The height that a sample stands for; `None` where there is no cloud.
     pub(crate) fn height_m(&self, sample: f32) -> Option<f64> {
@@ -76,6 +90,13 @@ impl DepthMap {
     /// The optical depth that a sample stands for; `None` where there is no cloud.
     pub(crate) fn depth(&self, sample: f32) -> Option<f64> {
         (!is_fill(self.fill, sample)).then(|| self.scale.get() * f64::from(sample))
+    }
+}
+
+impl RadiusMap {
+    /// The radius that a sample stands for, µm; `None` where there is no cloud.
+    pub(crate) fn radius_um(&self, sample: f32) -> Option<f64> {
+        (!is_fill(self.fill, sample)).then(|| self.scale_um.get() * f64::from(sample))
     }
 }
 
@@ -107,12 +128,17 @@ impl Shape {
             let purpose = ImagePurpose::OpticalDepth { scale: map.scale.get(), fill: map.fill };
             found.push(("optical_depth", &map.image, purpose));
         }
+        if let Some(map) = &self.effective_radius {
+            let purpose = ImagePurpose::EffectiveRadius { scale_um: map.scale_um.get(), fill: map.fill };
+            found.push(("effective_radius", &map.image, purpose));
+        }
         found
     }
 
     /// Whether columns have bases, tops or extinctions of their own, by maps.
     pub(crate) fn has_maps(&self) -> bool {
-        matches!(self.base, Edge::Map(_)) || matches!(self.top, Edge::Map(_)) || self.optical_depth.is_some()
+        let edges = matches!(self.base, Edge::Map(_)) || matches!(self.top, Edge::Map(_));
+        edges || self.optical_depth.is_some() || self.effective_radius.is_some()
     }
 
     /// Height of the flat top that cloud hangs down from, if it is a thickness alone that makes its base.
@@ -199,6 +225,10 @@ pub(super) fn read(reader: &mut Reader, layer: &Object<'_>, resolve: Resolve<'_>
         true => Some(depth_map(reader, layer, resolve)),
         false => None,
     };
+    let effective_radius = match layer.has("effective_radius") {
+        true => Some(radius_map(reader, layer, resolve)),
+        false => None,
+    };
     let both = !matches!((&base, &top), (Some(Edge::Open), _) | (_, Some(Edge::Open)));
     let thickness = match (layer.has("thickness"), both) {
         (true, true) => {
@@ -210,8 +240,9 @@ pub(super) fn read(reader: &mut Reader, layer: &Object<'_>, resolve: Resolve<'_>
         (_, false) => Some(thickness(reader, layer, resolve)),
     };
     let optical_depth = if let Some(read) = optical_depth { Some(read?) } else { None };
+    let effective_radius = if let Some(read) = effective_radius { Some(read?) } else { None };
     let thickness = if let Some(read) = thickness { Some(read?) } else { None };
-    let shape = Shape { base: base?, top: top?, thickness, optical_depth };
+    let shape = Shape { base: base?, top: top?, thickness, optical_depth, effective_radius };
     fits(reader, layer, &shape);
     Some(shape)
 }
@@ -242,8 +273,8 @@ fn one_of(reader: &mut Reader, layer: &Object<'_>, flat_top: bool) {
 /// Rules between fields that are valid by themselves.
 fn fits(reader: &mut Reader, layer: &Object<'_>, shape: &Shape) {
     if shape.has_maps() && matches!(shape.thickness, Some(Thickness::Stratocumulus(_))) {
-        let detail = "a synthetic field has columns of its own and none of the maps `base`, `top`, `optical_depth`; allowed \
-                      beside them: uniform, image";
+        let detail = "a synthetic field has columns of its own and none of the maps `base`, `top`, `optical_depth`, \
+                      `effective_radius`; allowed beside them: uniform, image";
         reader.wrong(format!("{}/kind", layer.at("thickness")), detail);
     }
     let Some(top_m) = shape.hangs_from_m() else { return };
@@ -264,8 +295,16 @@ fn fits(reader: &mut Reader, layer: &Object<'_>, shape: &Shape) {
 /// Eddies move what is a thickness alone.
 pub(super) fn moves_as_asked(reader: &mut Reader, layer: &Object<'_>, shape: &Shape, wind: &Wind) {
     if shape.has_maps() && wind.turbulence_m_s.get() > 0.0 {
-        let detail = "eddies move layers whose thickness alone is a map; with `base`, `top` or `optical_depth`: 0";
+        let detail = "eddies move layers whose thickness alone is a map; with `base`, `top`, `optical_depth` or `effective_radius`: 0";
         reader.wrong(format!("{}/turbulence_m_s", layer.at("wind")), detail);
+    }
+}
+
+/// Only of droplets of water are optics known by their size.
+pub(super) fn sized_as_asked(reader: &mut Reader, layer: &Object<'_>, shape: &Shape, droplets: &Droplets) {
+    if shape.effective_radius.is_some() && !matches!(droplets, Droplets::Gamma { .. }) {
+        let detail = "is that of droplets of water, and `droplets` give a phase function: leave one of them out";
+        reader.wrong(layer.at("effective_radius"), detail);
     }
 }
 
@@ -284,6 +323,14 @@ pub(super) fn depth_map(reader: &mut Reader, layer: &Object<'_>, resolve: Resolv
     let scale = reader.number_or(&object, "scale", default(1.0)?);
     let fill = fill(reader, &object);
     Some(DepthMap { image: image?, scale, fill })
+}
+
+fn radius_map(reader: &mut Reader, layer: &Object<'_>, resolve: Resolve<'_>) -> Option<RadiusMap> {
+    let object = reader.child(layer, "effective_radius", &["image", "scale_um", "fill"])?;
+    let image = image(reader, &object, resolve);
+    let scale_um = reader.number_or(&object, "scale_um", default(1.0)?);
+    let fill = fill(reader, &object);
+    Some(RadiusMap { image: image?, scale_um, fill })
 }
 
 /// The sample that stands for "no cloud", if one is stated.
@@ -312,6 +359,10 @@ pub(super) fn write(shape: &Shape, layer: &mut Value) {
     if let Some(map) = &shape.optical_depth {
         let text = json!({ "image": map.image.0, "scale": map.scale.get() });
         layer["optical_depth"] = write::with_fill(text, map.fill);
+    }
+    if let Some(map) = &shape.effective_radius {
+        let text = json!({ "image": map.image.0, "scale_um": map.scale_um.get() });
+        layer["effective_radius"] = write::with_fill(text, map.fill);
     }
 }
 

@@ -1,7 +1,7 @@
 //! The maps of a layer's shape, texel by texel, and whether they fit together.
 
 use super::images::ImageFindings;
-use super::model::{FieldError, Layer, Scene, Thickness};
+use super::model::{Droplets, FieldError, Layer, Scene, Thickness};
 use super::quantity::Quantity as _;
 use super::shape::{Edge, Shape, is_fill};
 use crate::image::{Image, MissingImage};
@@ -11,6 +11,9 @@ use std::sync::Arc;
 /// Images by SHA-256.
 type Images = HashMap<String, Arc<Image>>;
 
+/// Radii whose mean is so many times that of the droplets, or the droplets' so many times theirs, are told: similar droplets err less.
+const FAR_RADIUS: f64 = 1.3;
+
 /// The maps of one layer, which has one at least. They have one size.
 pub(crate) struct ShapeMaps<'a> {
     shape: &'a Shape,
@@ -18,6 +21,7 @@ pub(crate) struct ShapeMaps<'a> {
     top: Option<&'a Image>,
     thickness: Option<&'a Image>,
     optical_depth: Option<&'a Image>,
+    effective_radius: Option<&'a Image>,
     /// Texels across and down.
     pub(crate) size: [u32; 2],
 }
@@ -30,6 +34,8 @@ pub(crate) struct Column {
     pub(crate) top_m: f64,
     /// Where it has one of its own.
     pub(crate) optical_depth: Option<f64>,
+    /// Of its droplets, where it isn't the layer's.
+    pub(crate) effective_radius_um: Option<f64>,
 }
 
 impl Column {
@@ -54,9 +60,10 @@ impl<'a> ShapeMaps<'a> {
             _ => None,
         };
         let optical_depth = shape.optical_depth.as_ref().map(|map| named(&map.image.0)).transpose()?;
-        let first = [base, top, thickness, optical_depth].into_iter().flatten().next();
+        let effective_radius = shape.effective_radius.as_ref().map(|map| named(&map.image.0)).transpose()?;
+        let first = [base, top, thickness, optical_depth, effective_radius].into_iter().flatten().next();
         let size = first.map_or([1; 2], |image| [image.width, image.height]);
-        Ok(Self { shape, base, top, thickness, optical_depth, size })
+        Ok(Self { shape, base, top, thickness, optical_depth, effective_radius, size })
     }
 
     /// Columns in all.
@@ -72,6 +79,10 @@ impl<'a> ShapeMaps<'a> {
         };
         let optical_depth = match &self.shape.optical_depth {
             Some(map) => Some(map.depth(sample(self.optical_depth))?),
+            None => None,
+        };
+        let effective_radius_um = match &self.shape.effective_radius {
+            Some(map) => Some(map.radius_um(sample(self.effective_radius))?),
             None => None,
         };
         let given_m = match &self.shape.thickness {
@@ -101,14 +112,19 @@ impl<'a> ShapeMaps<'a> {
             (None, Some(top_m)) => (given_m.map_or((top_m - derived_m).max(0.0), |metres| top_m - metres), top_m),
             (None, None) => return None,
         };
-        Some(Column { base_m, top_m, optical_depth })
+        Some(Column { base_m, top_m, optical_depth, effective_radius_um })
     }
 }
 
 /// The fields of a shape's maps and their sizes, against the first.
 fn sizes_differ(maps: &ShapeMaps<'_>) -> Option<(&'static str, String)> {
-    let named =
-        [("base", maps.base), ("top", maps.top), ("thickness", maps.thickness), ("optical_depth", maps.optical_depth)];
+    let named = [
+        ("base", maps.base),
+        ("top", maps.top),
+        ("thickness", maps.thickness),
+        ("optical_depth", maps.optical_depth),
+        ("effective_radius", maps.effective_radius),
+    ];
     let mut given = named.into_iter().filter_map(|(field, image)| image.map(|image| (field, image)));
     let (first, _) = given.next()?;
     let [width, height] = maps.size;
@@ -149,8 +165,29 @@ impl Scene {
                 wrong(pointer, detail);
             }
             below = lowest_m.map(|lowest_m| (lowest_m, place));
+            if let Some(detail) = far_radius(layer, images) {
+                found.notes.push(FieldError { pointer: format!("/layers/{place}/effective_radius"), detail });
+            }
         }
     }
+}
+
+/// A note where the radii of columns are far from that which the layer's tables are made for.
+fn far_radius(layer: &Layer, images: &Images) -> Option<String> {
+    let Droplets::Gamma { effective_radius_um, .. } = &layer.droplets else { return None };
+    layer.shape.effective_radius.as_ref()?;
+    let maps = ShapeMaps::new(&layer.shape, images).ok()?;
+    let columns = (0..maps.count()).filter_map(|number| maps.column(number, 1.0)).filter(Column::counts);
+    let radii = columns.filter_map(|column| column.effective_radius_um);
+    let (count, sum) = radii.fold((0.0, 0.0), |(count, sum), radius| (count + 1.0, sum + radius));
+    let (mean_um, own_um) = (sum / count, effective_radius_um.get());
+    // Without columns there is no mean, and nothing is far from it.
+    ((mean_um / own_um).ln().abs() > FAR_RADIUS.ln()).then(|| {
+        format!(
+            "{mean_um:.1} µm in the mean over the columns of cloud, and {own_um} µm in `droplets.effective_radius_um`, whose phase \
+             function they have: give about the mean there"
+        )
+    })
 }
 
 /// Height of a layer's lowest base, if it is known; or the field that is wrong, and why.

@@ -44,7 +44,8 @@ pub(super) fn read(reader: &mut Reader, layer: &Object<'_>, resolve: Resolve<'_>
             (Some(Thickness::Uniform(thickness)), None)
         }
     };
-    let shape = Shape { base: Edge::Flat(base_m), top: Edge::Open, thickness, optical_depth };
+    let (base, top) = (Edge::Flat(base_m), Edge::Open);
+    let shape = Shape { base, top, thickness, optical_depth, effective_radius: None };
     shape::moves_as_asked(reader, layer, &shape, &wind);
     Some(Layer { shape, droplets, wind })
 }

@@ -16,7 +16,7 @@ fn refused(scene: &Value) -> Vec<String> {
 }
 
 /// What a schema cannot say: numbers of several fields that have to fit each other.
-const BETWEEN_FIELDS: [&str; 12] = [
+const BETWEEN_FIELDS: [&str; 13] = [
     "is not above the",
     "one layer of cumulus at most",
     "and the flat top is",
@@ -26,6 +26,7 @@ const BETWEEN_FIELDS: [&str; 12] = [
     "the domain's side",
     "half of the domain's side",
     "over the extinction of the droplets",
+    "is that of droplets of water",
     // Tables of phase functions are judged whole.
     "/phase_function",
     // Patterns and formats of texts, which this reader of schemas leaves out.
