@@ -23,7 +23,7 @@ fn scene(pattern: &str, coverage: f64, spread: f64, seed: u32) -> Value {
         "domain": { "extent_m": 10240, "resolution": SIDE },
         "layers": [{
             "thickness": { "kind": "stratocumulus", "pattern": pattern, "coverage": coverage, "seed": seed, "law": "gamma",
-                "spread": spread },
+                "spread": spread, "cell_m": 2500 },
             "droplets": { "henyey_greenstein": 0.8, "extinction_per_m": 0.03 },
         }],
     })

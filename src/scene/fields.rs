@@ -332,6 +332,10 @@ pub const GROUPS: &[Group] = &[
                 "standard deviation of their optical depth relative to its mean: about 0.3 in overcast, 0.75 in the mean of \
                  measurements, 1 in broken cloud",
             ),
+            number::<CellM>(
+                "/cell_m",
+                "size of a cell of `closed` and `open`: the least that satellites see; of `streets` 2500, the distance of the rows",
+            ),
         ],
     },
     Group {

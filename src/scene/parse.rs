@@ -113,7 +113,7 @@ pub(super) fn image(reader: &mut Reader, object: &Object<'_>, resolve: Resolve<'
 
 /// A layer as it is kept; a sheet is stratiform.
 enum AnyLayer {
-    Stratiform(Layer),
+    Stratiform(Box<Layer>),
     Cumulus(Cumulus),
 }
 
@@ -160,7 +160,7 @@ fn layers(reader: &mut Reader, root: &Object<'_>, extent_m: f64, resolve: Resolv
     let (mut stratiform, mut cumulus) = (Vec::new(), None);
     for layer in layers {
         match layer? {
-            AnyLayer::Stratiform(layer) => stratiform.push(layer),
+            AnyLayer::Stratiform(layer) => stratiform.push(*layer),
             AnyLayer::Cumulus(layer) => cumulus = Some(layer),
         }
     }
@@ -225,7 +225,7 @@ fn layer(reader: &mut Reader, value: &Value, place: usize, extent_m: f64, resolv
         return cumulus::read(reader, &layer, place, base_m, extent_m).map(AnyLayer::Cumulus);
     }
     if kind(value) == Some("sheet") {
-        return sheet::read(reader, &layer, resolve).map(AnyLayer::Stratiform);
+        return sheet::read(reader, &layer, resolve).map(|layer| AnyLayer::Stratiform(Box::new(layer)));
     }
     let shape = shape::read(reader, &layer, resolve);
     let droplets = droplets(reader, &layer, None);
@@ -233,7 +233,7 @@ fn layer(reader: &mut Reader, value: &Value, place: usize, extent_m: f64, resolv
     let (shape, droplets, wind) = (shape?, droplets?, wind?);
     shape::moves_as_asked(reader, &layer, &shape, &wind);
     shape::sized_as_asked(reader, &layer, &shape, &droplets);
-    Some(AnyLayer::Stratiform(Layer { shape, droplets, wind }))
+    Some(AnyLayer::Stratiform(Box::new(Layer { shape, droplets, wind })))
 }
 
 pub(super) fn thickness(reader: &mut Reader, layer: &Object<'_>, resolve: Resolve<'_>) -> Option<Thickness> {
@@ -271,13 +271,14 @@ pub(super) fn thickness(reader: &mut Reader, layer: &Object<'_>, resolve: Resolv
                 reader.wrong(object.at("law"), detail);
                 return None;
             }
+            let (pattern, law) = (pattern?.1, law?);
             Some(Thickness::Stratocumulus(Stratocumulus {
                 mean_m: reader.number_or(&object, "mean_m", default(250.0)?),
                 coverage: reader.number_or(&object, "coverage", default(1.0)?),
-                cell_m: reader.number_or(&object, "cell_m", default(2500.0)?),
+                cell_m: reader.number_or(&object, "cell_m", default(law.cell_m(pattern))?),
                 seed: reader.integer_or(&object, "seed", (0, u32::MAX), 0),
-                pattern: pattern?.1,
-                law: law?,
+                pattern,
+                law,
             }))
         }
     }

@@ -81,7 +81,10 @@ fn kind(mut object: Value, word: &str) -> Value {
 fn synthetic(law: &str) -> Value {
     let mut field = kind(object("/layers/0/thickness", "/pattern"), "stratocumulus");
     if law == DepthLaw::GAMMA {
-        field["properties"]["spread"] = object("/layers/0/thickness", "/spread")["properties"]["spread"].clone();
+        let own = object("/layers/0/thickness", "/spread");
+        for name in ["spread", "cell_m"] {
+            field["properties"][name] = own["properties"][name].clone();
+        }
         require(&mut field, "law");
     }
     if law == DepthLaw::LOGNORMAL {

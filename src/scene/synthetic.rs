@@ -32,6 +32,16 @@ impl DepthLaw {
     pub(super) const LOGNORMAL: &'static str = "lognormal";
     pub(super) const GAMMA: &'static str = "gamma";
     pub(super) const WORDS: [&'static str; 2] = [Self::LOGNORMAL, Self::GAMMA];
+
+    /// Size of the cells of a field that gives none, metres. Cells are 10 to 100 km wide where satellites see them (Agee 1987); the least of that
+    /// is what the usual domain of 20 km holds. Rows are three times as far apart as the boundary layer is deep. Fields without a law
+    /// keep the cells that they had before there were two.
+    pub(super) fn cell_m(self, pattern: Pattern) -> f64 {
+        match (self, pattern) {
+            (Self::Gamma(_), Pattern::Closed | Pattern::Open) => 10_000.0,
+            _ => 2500.0,
+        }
+    }
 }
 
 /// Structure of a synthetic field.
