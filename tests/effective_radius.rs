@@ -1,5 +1,5 @@
 //! Claims about maps of effective radius: the light of columns whose droplets are not those of the tables.
-#![expect(clippy::unwrap_used, reason = "a test stops where it fails")]
+#![expect(clippy::unwrap_used, clippy::expect_used, reason = "a test stops where it fails")]
 
 #[path = "common/sky.rs"]
 mod sky;
