@@ -10,8 +10,8 @@ use zlib_rs::{Deflate, DeflateError, DeflateFlush, Status};
 use super::channels::Channel;
 use super::openexr::Depth;
 
-/// Effort of the compression: files of textures come out as large as at the level 4 that the `exr` crate takes, within a
-/// twentieth, in a third of its time. Level 1 would halve the time again, for files a fifth larger.
+/// Effort of the compression: files of textures come out as large as at the level 4 of the `exr` crate, within a tenth, in less than half
+/// of its time. Level 1 would nearly halve the time again, for files up to a fifth larger, of smooth skies a third.
 const LEVEL: i32 = 2;
 
 /// The window of zlib, as a power of two bytes: the largest.

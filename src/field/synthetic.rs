@@ -173,7 +173,8 @@ impl Synthetic {
             })
             .collect();
         let group = |i: usize| {
-            // Of the finest fields they are what takes most memory. What halves round, 2^-12, is far below what shows.
+            // Of the finest fields they are what takes most memory. What halves leave out, 2^-10 at most where a device cuts digits off, is far
+            // below what shows: thickness changes by 0.04 %, root mean square.
             let width = filled.get(i).map_or(1, Noise::width);
             gpu.half("octaves", [width; 2])
         };
