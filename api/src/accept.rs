@@ -5,7 +5,6 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use axum::Router;
-use axum::body::Body;
 use hyper::Request;
 use hyper::body::Incoming;
 use hyper::server::conn::http1;
@@ -19,6 +18,7 @@ use tokio::sync::Semaphore;
 use crate::app::App;
 use crate::client::{Client, network};
 use crate::connections::{Connections, Cut, Place};
+use crate::leftover::Leftover;
 use crate::unread::Unread;
 use crate::watched::{Reply, Watched};
 
@@ -111,12 +111,16 @@ async fn serve(app: Arc<App>, stream: TcpStream, address: IpAddr, place: Place, 
     let router = TowerToHyperService::new(router);
     let service = service_fn(move |request: Request<Incoming>| {
         connection.request();
-        let mut request = request.map(Body::new);
+        let (mut request, leftover) = Leftover::of(request);
         let client = Client::behind(address, request.headers(), &app.config.server.proxies);
         request.extensions_mut().insert(client);
         request.extensions_mut().insert(Arc::clone(&connection));
         let (answer, connection) = (router.call(request), Arc::clone(&connection));
-        async move { Ok::<_, std::convert::Infallible>(answer.await?.map(|body| Reply::new(body, connection))) }
+        async move {
+            let mut answer = answer.await?;
+            leftover.read(&connection, &mut answer).await;
+            Ok::<_, std::convert::Infallible>(answer.map(|body| Reply::new(body, connection)))
+        }
     });
     // Heads have their time from the sweeps, as all else.
     let connection = http1::Builder::new()

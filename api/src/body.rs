@@ -2,7 +2,7 @@
 
 use std::io::Read as _;
 use std::sync::Arc;
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
 use axum::body::Body;
 use axum::http::request::Parts;
@@ -20,9 +20,6 @@ use crate::problem::ApiError;
 /// How bodies may be compressed, as the header `Accept-Encoding` of a refusal says.
 pub const CODINGS: &str = "gzip, deflate";
 
-/// A client that sends too much is read on for this long, so that it sees the 413 instead of a reset connection.
-const DRAIN: Duration = Duration::from_secs(5);
-
 /// A body in memory, with its share of what bodies may take.
 #[derive(Debug)]
 pub struct Taken {
@@ -37,10 +34,6 @@ pub async fn read(app: &App, parts: &Parts, body: Body, limit: usize) -> Result<
     let coding = coding(&parts.headers)?;
     let announced = announced(&parts.headers);
     if announced.is_some_and(|length| length > limit as u64) {
-        // A client that asked whether to go on has sent nothing yet and gets its answer at once.
-        if !parts.headers.contains_key(header::EXPECT) {
-            drain(body).await;
-        }
         return Err(too_large(limit));
     }
     let deadline = Instant::now() + app.config.server.body_timeout();
@@ -51,13 +44,7 @@ pub async fn read(app: &App, parts: &Parts, body: Body, limit: usize) -> Result<
     let share = app.uploads.take(&client, room, deadline).await.ok_or(ApiError::Crowded)?;
     let collected = tokio::time::timeout_at(deadline.into(), collect(body, limit, app)).await;
     drop(waits);
-    let bytes = match collected.unwrap_or(Err(ApiError::SlowBody))? {
-        Collected::Whole(bytes) => bytes,
-        Collected::TooLarge(rest) => {
-            drain(rest).await;
-            return Err(too_large(limit));
-        }
-    };
+    let bytes = collected.unwrap_or(Err(ApiError::SlowBody))?;
     let bytes = match coding {
         None => bytes,
         Some(coding) => blocking(move || coding.decoded(&bytes, limit)).await?,
@@ -73,20 +60,15 @@ fn too_large(limit: usize) -> ApiError {
     ApiError::TooLarge(format!("the body is larger than {limit} bytes"))
 }
 
-enum Collected {
-    Whole(Vec<u8>),
-    TooLarge(Body),
-}
-
 /// The bytes as they were sent. In every span of the stall's length enough of them have to come.
-async fn collect(mut body: Body, limit: usize, app: &App) -> Result<Collected, ApiError> {
+async fn collect(mut body: Body, limit: usize, app: &App) -> Result<Vec<u8>, ApiError> {
     let settings = &app.config.server;
     let span = settings.stall_timeout();
     let least = settings.least_bytes(span).max(1);
     let (mut bytes, mut end, mut came) = (Vec::new(), Instant::now() + span, 0);
     loop {
         let frame = match tokio::time::timeout_at(end.into(), body.frame()).await {
-            Ok(None) => return Ok(Collected::Whole(bytes)),
+            Ok(None) => return Ok(bytes),
             Ok(Some(frame)) => frame.map_err(|error| ApiError::Unreadable(format!("the body broke off: {error}")))?,
             Err(_elapsed) if came < least => return Err(ApiError::SlowBody),
             Err(_elapsed) => {
@@ -96,17 +78,10 @@ async fn collect(mut body: Body, limit: usize, app: &App) -> Result<Collected, A
         };
         let Ok(data) = frame.into_data() else { continue };
         if bytes.len() + data.len() > limit {
-            return Ok(Collected::TooLarge(body));
+            return Err(too_large(limit));
         }
         came += data.len() as u64;
         bytes.extend_from_slice(&data);
-    }
-}
-
-async fn drain(mut body: Body) {
-    let rest = async { while let Some(Ok(_)) = body.frame().await {} };
-    if tokio::time::timeout(DRAIN, rest).await.is_err() {
-        tracing::debug!("a client went on sending a body that is too large");
     }
 }
 

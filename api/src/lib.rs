@@ -30,6 +30,7 @@ pub mod frames;
 pub mod gate;
 pub mod images;
 pub mod jobs;
+mod leftover;
 pub mod listing;
 pub mod logs;
 pub mod mark;

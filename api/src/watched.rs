@@ -1,13 +1,16 @@
 //! What goes over a connection, told to whoever watches it.
 
+use std::future::Future as _;
 use std::io;
 use std::pin::Pin;
 use std::sync::Arc;
 use std::task::{Context, Poll};
+use std::time::Duration;
 
 use axum::body::Bytes;
 use hyper::body::{Body, Frame, SizeHint};
 use tokio::io::{AsyncRead, AsyncWrite, ReadBuf};
+use tokio::time::Sleep;
 
 use crate::connections::Connection;
 use crate::unread::Unread;
@@ -20,12 +23,17 @@ pub struct Watched<S> {
     unread: Unread,
     /// What is left of a document that is sent in place of an answer.
     instead: Option<Bytes>,
+    /// Until when the client is read on after that.
+    lingers: Option<Pin<Box<Sleep>>>,
 }
+
+/// A client whose head cannot be read is read on for this long: a connection closed with bytes unread is reset, and the answer lost.
+const LINGERS: Duration = Duration::from_secs(2);
 
 impl<S> Watched<S> {
     /// Watches a stream.
     pub fn new(stream: S, connection: Arc<Connection>, unread: Unread) -> Self {
-        Self { stream, connection, unread, instead: None }
+        Self { stream, connection, unread, instead: None, lingers: None }
     }
 
     fn tell(&self, written: Poll<io::Result<usize>>) -> Poll<io::Result<usize>> {
@@ -38,7 +46,7 @@ impl<S> Watched<S> {
     }
 }
 
-impl<S: AsyncWrite + Unpin> Watched<S> {
+impl<S: AsyncRead + AsyncWrite + Unpin> Watched<S> {
     /// Sends a document in place of the answer, if it is to have one: what of the answer is written by that.
     fn poll_instead(&mut self, cx: &mut Context<'_>, answer: &[u8]) -> Option<Poll<io::Result<usize>>> {
         if self.instead.is_none() {
@@ -51,7 +59,30 @@ impl<S: AsyncWrite + Unpin> Watched<S> {
                 other => return Some(other),
             }
         }
-        self.instead.take().map(|_| Poll::Ready(Ok(answer.len())))
+        self.instead.as_ref()?;
+        if self.poll_linger(cx).is_pending() {
+            return Some(Poll::Pending);
+        }
+        self.instead = None;
+        Some(Poll::Ready(Ok(answer.len())))
+    }
+
+    /// Says that no more will come and reads until the client has closed too, or its time is up.
+    fn poll_linger(&mut self, cx: &mut Context<'_>) -> Poll<()> {
+        if self.lingers.is_none() && Pin::new(&mut self.stream).poll_shutdown(cx).is_pending() {
+            return Poll::Pending;
+        }
+        let end = self.lingers.get_or_insert_with(|| Box::pin(tokio::time::sleep(LINGERS)));
+        let mut bytes = [0; 4096];
+        while end.as_mut().poll(cx).is_pending() {
+            let mut into = ReadBuf::new(&mut bytes);
+            match Pin::new(&mut self.stream).poll_read(cx, &mut into) {
+                Poll::Ready(Ok(())) if !into.filled().is_empty() => {}
+                Poll::Ready(_) => break,
+                Poll::Pending => return Poll::Pending,
+            }
+        }
+        Poll::Ready(())
     }
 }
 
@@ -66,7 +97,7 @@ impl<S: AsyncRead + Unpin> AsyncRead for Watched<S> {
     }
 }
 
-impl<S: AsyncWrite + Unpin> AsyncWrite for Watched<S> {
+impl<S: AsyncRead + AsyncWrite + Unpin> AsyncWrite for Watched<S> {
     fn poll_write(mut self: Pin<&mut Self>, cx: &mut Context<'_>, bytes: &[u8]) -> Poll<io::Result<usize>> {
         let instead = self.poll_instead(cx, bytes);
         let written = instead.unwrap_or_else(|| Pin::new(&mut self.stream).poll_write(cx, bytes));
