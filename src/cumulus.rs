@@ -3,6 +3,7 @@
 
 mod body;
 mod build;
+mod bytes;
 mod cells;
 mod coarse;
 mod coverage;
@@ -23,6 +24,7 @@ mod surface;
 mod volume;
 
 pub use body::{Body, Sphere};
+pub(crate) use bytes::CumulusBytes;
 pub use cells::{Line, Span};
 pub use coarse::{BLOB, Coarse};
 pub use highest::highest_m;

@@ -6,6 +6,7 @@
 //! of noise and cells; or an image) is blended and brought to the wanted distribution (`transfer`). A field is a function
 //! of seed and time alone.
 
+mod bytes;
 mod clock;
 mod columns;
 pub(crate) mod eddies;
@@ -26,6 +27,7 @@ use crate::gpu::{Gpu, GpuError, HostMap, Pass, Target, binds, shaders};
 use crate::image::Image;
 use crate::scene::quantity::{FillValue, Quantity as _};
 use crate::scene::{self, Pattern, Shape, Thickness, Wind};
+pub(crate) use bytes::FieldBytes;
 pub(crate) use columns::ColumnMap;
 use image_metres::metres;
 pub(crate) use levels::{Levels, levels};

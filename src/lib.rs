@@ -71,6 +71,7 @@ pub mod illumination;
 pub mod image;
 pub mod job;
 pub mod light;
+pub mod memory;
 pub mod method;
 mod moment;
 pub mod optics;

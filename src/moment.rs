@@ -10,7 +10,7 @@ use crate::job::Job;
 use crate::light::{Grids, LayerShape, SceneShape, grids, shift_uv};
 use crate::plan::Plan;
 use crate::projection::Side;
-use crate::scene::Thickness;
+use crate::scene::{Layer, Scene, Thickness};
 use crate::scene::quantity::Quantity as _;
 use crate::slab::forward::{FORWARD_DEG, forward_albedo};
 use crate::slice::without_peak;
@@ -92,6 +92,49 @@ pub(crate) struct Moment {
     top_m: f64,
 }
 
+/// Cuts of a ray over a map of so many texels across and down.
+fn most_steps(sides: [f64; 2]) -> u32 {
+    if sides == [1.0; 2] { 1 } else { MAX_STEPS }
+}
+
+/// What rays towards a sun cross of a layer: a map of so many texels across and down, at the height of a base, of a depth.
+fn crossed(
+    scene: &Scene,
+    layer: &Layer,
+    map: [f64; 2],
+    sun: [f64; 3],
+    [base_m, depth_m]: [f64; 2],
+    ground_side: Option<f64>,
+) -> Crossed {
+    let (extent_m, max_steps) = (scene.extent_m(), f64::from(most_steps(map)));
+    Crossed {
+        sun,
+        radius: 0.5 * scene.sun.angular_diameter_deg.get().to_radians(),
+        extent_m,
+        base_m,
+        depth_m,
+        map,
+        max_steps,
+        synthetic: matches!(layer.shape.thickness, Some(Thickness::Stratocumulus(_))) && !layer.shape.has_maps(),
+        lines: (LINES_OF_SLOPE * slope(sun) * depth_m * map[0].max(map[1]) / extent_m).clamp(1.0, max_steps),
+        lines_of_slope: LINES_OF_SLOPE,
+        ground_side,
+    }
+}
+
+/// Bytes of what is swept over a layer's map of so many texels for a ground of so many texels a side, `most` at once.
+pub(crate) fn swept_bytes(
+    scene: &Scene,
+    layer: &Layer,
+    map: [u32; 2],
+    sun: [f64; 3],
+    heights_m: [f64; 2],
+    side: u32,
+    most: u64,
+) -> u64 {
+    crossed(scene, layer, map.map(f64::from), sun, heights_m, Some(side.into())).rays().swept_bytes(most)
+}
+
 /// A layer, and what the grids need of it.
 fn layer(job: &Job, number: usize, fields: &[Arc<Field>], light: &Illumination) -> (LayerMoment, LayerShape) {
     let (field, above_m) = (&fields[number], fields.get(number + 1).map(|above| above.base_m));
@@ -109,21 +152,9 @@ fn layer(job: &Job, number: usize, fields: &[Arc<Field>], light: &Illumination) 
     let transport_length_m = 1.0 / (extinction_per_m[1] * field.density * transport_550).max(1e-9);
     let sides = [field.thickness.width, field.thickness.height].map(f64::from);
     let texels = sides[0].max(sides[1]);
-    let max_steps = if field.is_uniform() { 1 } else { MAX_STEPS };
+    let max_steps = most_steps(sides);
     let ground_side = f64::from(job.request().size.unwrap_or(scene.resolution()));
-    let crossed = Crossed {
-        sun,
-        radius: 0.5 * light.sun_diameter,
-        extent_m,
-        base_m,
-        depth_m,
-        map: sides,
-        max_steps: max_steps.into(),
-        synthetic: matches!(layer.shape.thickness, Some(Thickness::Stratocumulus(_))) && !layer.shape.has_maps(),
-        lines: (LINES_OF_SLOPE * slope(sun) * depth_m * texels / extent_m).clamp(1.0, max_steps.into()),
-        lines_of_slope: LINES_OF_SLOPE,
-        ground_side: job.points().is_empty().then_some(ground_side),
-    };
+    let crossed = crossed(scene, layer, sides, sun, [base_m, depth_m], job.points().is_empty().then_some(ground_side));
     let moment = LayerMoment {
         base_m,
         radiating_m: 0.5 * (base_m + field.mean_base_m),

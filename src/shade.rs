@@ -12,7 +12,7 @@ use crate::gpu::{Gpu, GpuError, binds, shaders};
 use crate::request::TextureKind;
 pub(crate) use cumulus::{CoarseNormals, CumulusField, CumulusInputs, CumulusLight, CumulusLit, SunDepth};
 use ground::on_the_ground;
-pub(crate) use ground::{GroundSun, TowardsSun, points, towards_sun};
+pub(crate) use ground::{GroundSun, SWEPT_BYTES, TowardsSun, points, towards_sun};
 use inputs::{DrawnOn, cloud_binds, each, early, held};
 pub(crate) use inputs::{Inputs, LayerInputs};
 pub(crate) use method::SlabLight;

@@ -259,6 +259,12 @@ impl SunRays {
         self.directions.iter().map(|(_, places)| places.len()).sum()
     }
 
+    /// Bytes of what is swept at once of them, `most` at most but for one direction.
+    pub(crate) fn swept_bytes(&self, most: u64) -> u64 {
+        let one = self.swept.map_or(0, |dense| 4 * dense.numbers(self.crossed.side() as usize) as u64);
+        one * (self.directions.len() as u64).min((most / one.max(1)).max(1))
+    }
+
     /// The same rays, each followed by itself.
     pub(crate) fn followed(&self) -> Self {
         self.crossed.rays_if(false)

@@ -24,6 +24,7 @@ use super::volume::Volume;
 use bytemuck::allocation::cast_vec;
 use cells::Cells;
 pub use columns::Columns;
+pub(crate) use columns::cubes as layer_cubes;
 pub use fluxes::Fluxes;
 use grid::Grid;
 use half::f16;
@@ -70,19 +71,25 @@ pub struct Lattice {
 }
 
 /// Side of the cubes, metres: whole ones fill the domain, and as many that they can be joined by twos.
-fn cell_m(volume: &Volume, extinction_per_m: f64) -> f64 {
-    let (extent_m, height_m) = (volume.extent_m, volume.top_m - volume.floor_m);
+fn cell_m([extent_m, height_m]: [f64; 2], extinction_per_m: f64, voxel_m: f64) -> f64 {
     let fine = CELL_M.min(CELL_DEPTH / extinction_per_m);
     let coarse = (extent_m * extent_m * height_m / MAX_CELLS).cbrt();
     // No finer than the surface is known, and a few cubes at least.
-    let cell = fine.max(coarse).max(1.5 * volume.voxel_m).min(0.25 * extent_m);
+    let cell = fine.max(coarse).max(1.5 * voxel_m).min(0.25 * extent_m);
     let whole = if extent_m > 32.0 * cell { 8.0 } else { 1.0 };
     extent_m / (whole * (extent_m / cell / whole).round())
 }
 
+/// Number and side (m) of the cubes of clouds up to a height, about.
+pub(super) fn cubes(extent_m: f64, height_m: f64, extinction_per_m: f64, voxel_m: f64) -> (f64, f64) {
+    let cell_m = cell_m([extent_m, height_m], extinction_per_m, voxel_m);
+    ((extent_m / cell_m).powi(2) * (height_m / cell_m + 3.0), cell_m)
+}
+
 /// The cubes of a volume's lattice.
 fn grid(volume: &Volume, lighting: &Lighting) -> Grid {
-    let cell_m = cell_m(volume, lighting.extinction_per_m[1]);
+    let sides = [volume.extent_m, volume.top_m - volume.floor_m];
+    let cell_m = cell_m(sides, lighting.extinction_per_m[1], volume.voxel_m);
     let across = (volume.extent_m / cell_m).round() as usize;
     let floor_m = volume.floor_m + volume.voxel_m - cell_m;
     let up = ((volume.top_m - floor_m) / cell_m).ceil() as usize + 1;

@@ -71,11 +71,7 @@ impl Volume {
         let bottom_m = if body.spheres.is_empty() { body.base_m } else { lowest.max(body.base_m) };
         let top_m = highest.max(bottom_m) + body.relief_m;
         let height_m = (top_m - bottom_m).max(1e-3 * body.extent_m);
-        let side = (SAMPLES / height_m * body.extent_m).cbrt().min(MAX_SIDE).min(HIGHEST * body.extent_m / height_m);
-        let side = side.min(affordable(body));
-        // Finer than this no edge can be seen.
-        let side = side.min(body.extent_m / 2.0).max(1.0);
-        let across = BLOCK * (side / BLOCK as f64).floor().max(1.0) as usize;
+        let across = across(body.extent_m, height_m, affordable(body));
         let voxel_m = body.extent_m / across as f64;
         // A cube of clear air below and above, so that what lies between samples is seen.
         let floor_m = bottom_m - voxel_m;
@@ -267,6 +263,28 @@ impl Volume {
             false => f64::from(z >= self.base_m),
         }
     }
+}
+
+/// Samples across a domain that is filled to a height, of so many that can be paid.
+fn across(extent_m: f64, height_m: f64, affordable: f64) -> usize {
+    let side = (SAMPLES / height_m * extent_m).cbrt().min(MAX_SIDE).min(HIGHEST * extent_m / height_m);
+    // Finer than 2 m no edge can be seen.
+    let side = side.min(affordable).min(extent_m / 2.0).max(1.0);
+    BLOCK * (side / BLOCK as f64).floor().max(1.0) as usize
+}
+
+/// How finely clouds up to a height are sampled.
+pub(super) struct Samples {
+    pub(super) voxel_m: f64,
+    pub(super) count: f64,
+}
+
+/// The samples of a domain that is filled to a height, at most.
+pub(super) fn samples(extent_m: f64, height_m: f64) -> Samples {
+    let across = across(extent_m, height_m, f64::INFINITY) as f64;
+    let voxel_m = extent_m / across;
+    // Cubes of clear air below and above, to whole blocks.
+    Samples { voxel_m, count: across * across * (height_m / voxel_m + 2.0 + BLOCK as f64) }
 }
 
 /// Samples of a row that are drawn at once.

@@ -19,6 +19,8 @@ const MAX_OCTAVES: u32 = 10;
 /// Octaves that share a texture, and textures.
 const GROUP: u32 = 4;
 const GROUPS: usize = 3;
+/// Bytes of a texel of noise.
+const HALF_TEXEL: u64 = 8;
 /// Texels of a texture of noise per cycle of its finest octave, where the field is not finer than [`FINE`].
 const TEXELS_PER_CYCLE: u32 = 8;
 /// Up to this many texels a side noise is kept twice as fine as the field: it is read between texels, which takes
@@ -153,6 +155,23 @@ pub(super) fn octaves(resolution: u32) -> u32 {
     (1..=MAX_OCTAVES).take_while(|o| o == &1 || LOWEST_PERIOD << (o - 1) <= resolution / 2).count() as u32
 }
 
+/// Texels a side of the textures of noise that hold anything, the coarsest octaves first.
+fn widths(resolution: u32) -> impl Iterator<Item = u32> {
+    let octaves = octaves(resolution);
+    (0..octaves).step_by(GROUP as usize).map(move |first| {
+        let finest = LOWEST_PERIOD << ((first + GROUP).min(octaves) - 1);
+        let finer = if resolution <= FINE { 2 * resolution } else { resolution };
+        (TEXELS_PER_CYCLE * finest).min(finer).max(1)
+    })
+}
+
+/// Bytes of what a field of so many texels a side is made from: noise, cells or streets, and the values themselves.
+pub(super) fn bytes(resolution: u32) -> u64 {
+    let square = |side: u32| u64::from(side) * u64::from(side);
+    let noise: u64 = widths(resolution).map(|side| HALF_TEXEL * square(side)).sum();
+    noise + 2 * size_of::<f32>() as u64 * square(resolution)
+}
+
 impl Synthetic {
     pub(super) fn new(
         gpu: &Gpu,
@@ -165,10 +184,8 @@ impl Synthetic {
         let octaves = octaves(resolution);
         let filled: Vec<Noise> = (0..octaves)
             .step_by(GROUP as usize)
-            .map(|first| {
-                let finest = LOWEST_PERIOD << ((first + GROUP).min(octaves) - 1);
-                let finer = if resolution <= FINE { 2 * resolution } else { resolution };
-                let width = (TEXELS_PER_CYCLE * finest).min(finer).max(1);
+            .zip(widths(resolution))
+            .map(|(first, width)| {
                 Noise::of(wanted.law, Octaves { seed: wanted.seed, first, count: octaves, width })
             })
             .collect();

@@ -135,6 +135,11 @@ impl Shape {
         found
     }
 
+    /// Names of the images of its maps, which have one size.
+    pub(crate) fn image_names(&self) -> impl Iterator<Item = &ImageName> {
+        self.images().into_iter().map(|(_, image, _)| image)
+    }
+
     /// Whether columns have bases, tops or extinctions of their own, by maps.
     pub(crate) fn has_maps(&self) -> bool {
         let edges = matches!(self.base, Edge::Map(_)) || matches!(self.top, Edge::Map(_));

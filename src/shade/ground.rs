@@ -22,7 +22,7 @@ pub(crate) struct TowardsSun {
 }
 
 /// Of the numbers of rays that are swept together, bytes: what a device must bind at least.
-const SWEPT_BYTES: u64 = 1 << 27;
+pub(crate) const SWEPT_BYTES: u64 = 1 << 27;
 
 /// What is left of the sun's beam at each texel of some bands.
 pub(crate) fn towards_sun(gpu: &Gpu, inputs: &Inputs<'_>, bands: &[View]) -> Result<TowardsSun, GpuError> {

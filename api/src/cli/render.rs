@@ -9,6 +9,7 @@ use std::time::{Duration, Instant};
 use clap::ArgMatches;
 use indicatif::{ProgressBar, ProgressStyle};
 use skyloom::image::{ImageError, sha256_hex};
+use skyloom::memory::Memory;
 use skyloom::plan::{Choice, Plan, expected_error, meets_tolerance};
 use skyloom::render::{Fault as Whose, Images, Job, RenderError, Renderer, RendererOptions, Texture, Watch};
 use skyloom::request::{QUERY_PARAMETERS, Request, RequestError};
@@ -96,7 +97,7 @@ fn noise(texture: &Texture) -> Option<String> {
 pub(super) fn plan(options: &ArgMatches) -> Result<(), Fault> {
     let name = options.get_one::<String>("TEXTURE.FORMAT").map_or("cloud.exr", String::as_str);
     let request = request(name, options)?;
-    let (scene, _images) = read_scene(scene_path(options)?, Unknown::Kept)?;
+    let (scene, images) = read_scene(scene_path(options)?, Unknown::Kept)?;
     let request = request.of(&scene).map_err(|errors| Fault::fields(&errors))?;
     let plan = Plan::new(&request, &scene);
     let choices = plan.explain(&scene, &request);
@@ -114,6 +115,8 @@ pub(super) fn plan(options: &ArgMatches) -> Result<(), Fault> {
     }
     let met = if meets_tolerance(&choices, &plan) { "met" } else { "missed" };
     text.push_str(&format!("expected error {:.3}, tolerance {} {met}\n", expected_error(&choices), plan.tolerance));
+    let memory = Memory::new(&request, &scene, &images);
+    text.push_str(&format!("memory {:.0} MB, {} most of it\n", memory.bytes as f64 / 1e6, memory.most));
     to_stdout(text.as_bytes())
 }
 

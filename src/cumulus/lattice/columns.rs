@@ -16,6 +16,21 @@ const UP: f64 = 4.0;
 const ACROSS: f64 = 8.0;
 /// Cubes of the whole domain, about at most: what two cores solve in a second.
 const MAX_CELLS: f64 = 2.5e5;
+/// And with those that are added at the sides.
+const ROUNDED: f64 = 1.25;
+
+/// Side of the cubes at most, metres, of cloud up to a depth and of an extinction.
+fn fine_m(depth_m: f64, extinction_per_m: f64) -> f64 {
+    CELL_M.min(CELL_DEPTH / extinction_per_m).min(depth_m / UP)
+}
+
+/// Cubes of a layer of so much cloud at its deepest, about at most; that is as deep as the second number of metres at least.
+pub(crate) fn cubes(extent_m: f64, [deepest_m, least_m]: [f64; 2], extinction_per_m: f64) -> f64 {
+    let cell_m = fine_m(least_m, extinction_per_m).min(extent_m / ACROSS);
+    let fine = (extent_m / cell_m + 8.0).powi(2) * (deepest_m / cell_m).ceil();
+    // Rounded to whole ones, by eights across.
+    fine.min(ROUNDED * MAX_CELLS)
+}
 
 /// Columns of a periodic map. The sun of [`Lighting`] lies in the map's axes: x along rows, y down them.
 #[derive(Debug, Clone)]
@@ -80,9 +95,8 @@ impl Columns {
 
     /// The cubes that fill the domain.
     pub(super) fn grid(&self, extinction_per_m: f64) -> Grid {
-        let area = self.extent_m * self.extent_m;
-        let fine = CELL_M.min(CELL_DEPTH / (extinction_per_m * self.density)).min(self.depth_m / UP);
-        let coarse = (area * self.depth_m / MAX_CELLS).cbrt();
+        let fine = fine_m(self.depth_m, extinction_per_m * self.density);
+        let coarse = (self.extent_m * self.extent_m * self.depth_m / MAX_CELLS).cbrt();
         let cell_m = fine.max(coarse).min(self.extent_m / ACROSS);
         // As many as can be joined by twos, several times.
         let whole = if self.extent_m > 32.0 * cell_m { 8.0 } else { 1.0 };
