@@ -27,6 +27,7 @@
 //! |---|---|---|
 //! | [`scene`], [`request`], [`image`] | - | validated input, ids |
 //! | [`job`], [`plan`], [`method`] | request | what is wanted with all that it takes; methods, sizes and passes for the tolerance |
+//! | [`memory`] | request | what it takes of memory, before it is made |
 //! | [`optics`] | droplet mix | phase function and its moments, extinction, albedo per colour |
 //! | [`slab`] | droplet mix | fluxes of a slab by adding-doubling; closed forms of the first orders of scattering |
 //! | [`tables`] | droplet mix | the two above, kept in memory and in a [`store`] |

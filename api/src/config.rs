@@ -28,6 +28,9 @@ const DAY_S: u64 = 86_400;
 /// Most bytes of anything together: 1 PiB.
 const MOST_BYTES: u64 = 1 << 50;
 
+/// Memory below which there is hardly a texture: 64 MiB.
+const LEAST_RENDER_BYTES: u64 = 64 << 20;
+
 /// Everything that can be set in `skyloom.toml`.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
@@ -208,6 +211,7 @@ impl Config {
             ("limits.image_side", u64::from(limits.image_side), 1..=65_536),
             ("limits.image_texels", limits.image_texels, 1..=1 << 32),
             ("limits.max_side", u64::from(limits.max_side), 1..=u64::from(Scene::MAX_SIDE)),
+            bytes("limits.render_memory_bytes", limits.render_memory_bytes, LEAST_RENDER_BYTES),
             count("limits.skies", limits.skies, 100_000_000),
             bytes("limits.sky_store_bytes", limits.sky_store_bytes, 1),
             bytes("limits.image_store_bytes", limits.image_store_bytes, 0),

@@ -86,6 +86,7 @@ async fn get(
     let wanted = query::read(&query, &scene, &app.config.limits).map_err(ApiError::InvalidQuery)?;
     let place = app.stream()?;
     let images = textures::images(&app, &scene, &client).await?;
+    textures::fits(&app, &scene, &wanted.request, &images)?;
     let job = table_work::job(&app, &scene, wanted.request, &images, &client).await?;
     let job = job.at_points(&wanted.points).map_err(|error| ApiError::Internal(error.to_string()))?;
     let mut series = Series { app, scene, client, wanted, format, job, next: 0, _place: place };

@@ -13,6 +13,7 @@ use axum::http::{HeaderMap, Method as HttpMethod, Uri, header};
 use axum::response::{IntoResponse, Response};
 use serde::Serialize;
 use skyloom::encode::Output;
+use skyloom::memory::Memory;
 use skyloom::plan::{Choice, Plan, expected_error, meets_tolerance};
 use skyloom::render::Images;
 use skyloom::request::{Request, RequestError};
@@ -24,6 +25,7 @@ use crate::client::Client;
 use crate::config::Limits;
 use crate::deliver::{Delivery, HasShare};
 use crate::meaning::{Meaning, entity_tag, not_modified};
+use crate::memory_limit;
 use crate::problem::{ApiError, FieldProblem, field_problems};
 use crate::render_queue::{Adapter, Failure, failure};
 use crate::replies::{Given, Reply, Stopped};
@@ -146,7 +148,16 @@ pub fn fitted(scene: &Scene, request: &Request, limits: &Limits) -> Result<Reque
     if request.wanted.reference().is_some() {
         wrong("method", "\"reference\" is for the command line: skyloom render --method reference".to_owned());
     }
+    if let Some(fitted) = fitted.as_ref().filter(|_| problems.is_empty()) {
+        problems.extend(memory_limit::problem(scene, fitted, &Images::new(), limits));
+    }
     fitted.filter(|_| problems.is_empty()).ok_or(problems)
+}
+
+/// Refuses what would take more memory than it may have, now that the scene's images are at hand.
+pub fn fits(app: &App, scene: &Scene, request: &Request, images: &Images) -> Result<(), ApiError> {
+    let found = memory_limit::problem(scene, request, images, &app.config.limits);
+    found.map_or(Ok(()), |problem| Err(ApiError::InvalidQuery(vec![problem])))
 }
 
 /// What a request for a texture would do.
@@ -156,6 +167,7 @@ struct PlanAnswer<'a> {
     tolerance: f64,
     meets_tolerance: bool,
     expected_error: f64,
+    memory_bytes: u64,
     stages: Vec<Stage<'a>>,
 }
 
@@ -180,6 +192,7 @@ pub async fn plan(
     State(app): State<Arc<App>>,
     Path(id): Path<String>,
     Query(mut query): Query<Vec<(String, String)>>,
+    client: Client,
 ) -> Result<Response, ApiError> {
     let scene = app.sky(&id).await?;
     let named = query.iter().position(|(name, _)| name == "texture");
@@ -191,6 +204,8 @@ pub async fn plan(
         other => other,
     })?;
     let request = fitted(&scene, &request, &app.config.limits).map_err(ApiError::InvalidQuery)?;
+    let images = images(&app, &scene, &client).await?;
+    fits(&app, &scene, &request, &images)?;
     let plan = Plan::new(&request, &scene);
     let choices = plan.explain(&scene, &request);
     let answer = PlanAnswer {
@@ -198,6 +213,7 @@ pub async fn plan(
         tolerance: plan.tolerance,
         meets_tolerance: meets_tolerance(&choices, &plan),
         expected_error: expected_error(&choices),
+        memory_bytes: Memory::new(&request, &scene, &images).bytes,
         stages: choices.iter().map(Stage::of).collect(),
     };
     Ok(([(header::CACHE_CONTROL, "no-cache")], Json(answer)).into_response())
@@ -231,6 +247,7 @@ async fn make(
 ) -> Result<(Reply, Arc<Share>), Stopped> {
     // Before the tables, which would be made in vain.
     let images = images(&app, &scene, &client).await?;
+    fits(&app, &scene, &request, &images)?;
     let media_type = request.format().media_type();
     let job = tokio::select! {
         job = table_work::job(&app, &scene, request, &images, &client) => job?,

@@ -185,9 +185,7 @@ impl Synthetic {
         let filled: Vec<Noise> = (0..octaves)
             .step_by(GROUP as usize)
             .zip(widths(resolution))
-            .map(|(first, width)| {
-                Noise::of(wanted.law, Octaves { seed: wanted.seed, first, count: octaves, width })
-            })
+            .map(|(first, width)| Noise::of(wanted.law, Octaves { seed: wanted.seed, first, count: octaves, width }))
             .collect();
         let group = |i: usize| {
             // Of the finest fields they are what takes most memory. What halves leave out, 2^-10 at most where a device cuts digits off, is far

@@ -77,7 +77,14 @@ const COLUMN: u64 = 16;
 const FOUND: u64 = 2 * 72;
 
 /// The lattices of stratiform layers.
-pub(super) fn lattices(tally: &mut Tally, scene: &Scene, request: &Request, plan: &Plan, maps: &[FieldBytes], images: &Images) {
+pub(super) fn lattices(
+    tally: &mut Tally,
+    scene: &Scene,
+    request: &Request,
+    plan: &Plan,
+    maps: &[FieldBytes],
+    images: &Images,
+) {
     if plan.transport != Transport::Lattice || !request.texture().needs().light {
         return;
     }

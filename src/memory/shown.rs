@@ -53,7 +53,8 @@ fn ground(scene: &Scene, maps: &[FieldBytes], images: &Images, texels: u64, side
         let Heights { base_m, deepest_m, least_m } = Heights::new(layer, images);
         let depths = [deepest_m, least_m];
         let looked = suns(scene).into_iter().flat_map(|sun| depths.map(|depth_m| (sun, depth_m)));
-        let bytes = looked.map(|(sun, depth_m)| swept_bytes(scene, layer, map.size, sun, [base_m, depth_m], side, SWEPT_BYTES));
+        let bytes =
+            looked.map(|(sun, depth_m)| swept_bytes(scene, layer, map.size, sun, [base_m, depth_m], side, SWEPT_BYTES));
         bytes.max().unwrap_or(0)
     };
     let swept: u64 = scene.layers.iter().zip(maps).map(swept).sum();
@@ -61,7 +62,14 @@ fn ground(scene: &Scene, maps: &[FieldBytes], images: &Images, texels: u64, side
 }
 
 /// The texels and their file.
-pub(super) fn shown(tally: &mut Tally, scene: &Scene, request: &Request, plan: &Plan, maps: &[FieldBytes], images: &Images) {
+pub(super) fn shown(
+    tally: &mut Tally,
+    scene: &Scene,
+    request: &Request,
+    plan: &Plan,
+    maps: &[FieldBytes],
+    images: &Images,
+) {
     let size = request.texels(scene);
     let (texels, channels) = (square(size), request.wanted.channels().len() as u64);
     let float = size_of::<f32>() as u64;

@@ -308,6 +308,7 @@ fn extreme_settings_are_refused_with_exit_code_2() {
         ("[queue]\ntimeout_s = 9223372036854775807", "queue.timeout_s"),
         ("[limits]\nimage_bytes = 9223372036854775807", "limits.image_bytes"),
         ("[limits]\nmax_side = 4294967295", "limits.max_side"),
+        ("[limits]\nrender_memory_bytes = 1048576", "limits.render_memory_bytes"),
         ("[limits]\nleast_tolerance = nan", "limits.least_tolerance"),
         ("[cache]\nmemory_bytes = 9223372036854775807", "cache.memory_bytes"),
         ("[access]\nkeys = [{ name = \"a\", sha256 = \"12\", rights = [] }]", "access.keys[0].sha256"),

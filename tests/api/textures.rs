@@ -3,6 +3,7 @@
 use serde_json::{Value, json};
 
 use crate::harness::{Server, common, eventually, scene};
+use crate::images::ramp;
 
 #[test]
 fn a_texture_tells_its_shape_type_and_what_it_cost() {
@@ -161,6 +162,45 @@ fn every_texture_tells_the_error_expected_of_it() {
             assert_eq!(answer.header("skyloom-tolerance-met"), met, "{texture} {query}");
         }
     }
+}
+
+/// What a render takes of memory is told before, and refused beyond the limit, with the size that fits.
+#[test]
+fn renders_that_take_too_much_memory_are_refused_before_they_begin() {
+    let data = tempfile::tempdir().unwrap();
+    let server = Server::with_settings(data.path(), "[limits]\nrender_memory_bytes = 209715200\n");
+    assert_eq!(server.get("/v1/limits").json()["limits"]["render_memory_bytes"], 200 << 20);
+    let sky = server.sky(&scene());
+    let plan = |query: &str| server.get(&format!("{sky}/plan?texture=cloud&{query}"));
+    let bytes = |size: u32| plan(&format!("size={size}")).json()["memory_bytes"].as_u64().unwrap();
+    assert!((10_000_000..bytes(1024)).contains(&bytes(64)));
+    let refused = |problem: &Value, pointer: &str| {
+        assert_eq!((&problem["errors"][0]["pointer"], &problem["errors"][1]), (&json!(pointer), &Value::Null));
+        let detail = problem["errors"][0]["detail"].as_str().unwrap().to_owned();
+        assert!(detail.contains("(limits.render_memory_bytes)"), "{detail}");
+        detail
+    };
+    let detail = refused(&server.get(&format!("{sky}/cloud.f32?size=4096")).problem(422), "size");
+    let most: u32 = detail.rsplit("allowed: 1 to ").next().unwrap().parse().unwrap();
+    // The plan's own texture is an EXR of as many bytes at most.
+    assert!((1000..4096).contains(&most) && bytes(most) <= 200 << 20, "{detail}");
+    refused(&plan(&format!("size={}", most + 1)).problem(422), "size");
+    assert_eq!(server.get(&format!("{sky}/cloud.f32?size=64")).status, 200);
+    // The scene's own field, whatever the size, and an image that is not read before.
+    let mut fine = scene();
+    fine["domain"]["resolution"] = json!(4096);
+    fine["layers"][0]["thickness"] = json!({ "kind": "stratocumulus" });
+    let fine = server.sky(&fine);
+    let detail = refused(&server.get(&format!("{fine}/thickness.f32?size=8")).problem(422), "/domain/resolution");
+    assert!(detail.contains("fields"), "{detail}");
+    let image = server.post_image("image/png", &ramp(3000)).json()["sha256"].clone();
+    let mut mapped = scene();
+    mapped["layers"][0]["thickness"] = json!({ "kind": "image", "image": image, "scale_m": 300 });
+    mapped["layers"][0]["wind"] = json!({ "turbulence_m_s": 1 });
+    let mapped = server.sky(&mapped);
+    refused(&server.get(&format!("{mapped}/thickness.f32?size=8")).problem(422), "/domain/resolution");
+    let series = server.get(&format!("{mapped}/point.json?at=0,0&from=0&to=0"));
+    refused(&series.problem(422), "/domain/resolution");
 }
 
 #[test]

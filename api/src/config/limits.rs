@@ -19,6 +19,8 @@ pub struct Limits {
     pub image_texels: u64,
     /// Texels a side of a texture.
     pub max_side: u32,
+    /// Bytes of memory that a render may take, on the device and on the host together.
+    pub render_memory_bytes: u64,
     /// Smallest tolerance that a query may ask for: smaller ones take larger tables.
     pub least_tolerance: f64,
     /// Registered skies.
@@ -100,6 +102,7 @@ impl Default for Limits {
             image_side: 8192,
             image_texels: 4096 * 4096,
             max_side: 4096,
+            render_memory_bytes: 4 << 30,
             least_tolerance: 0.0,
             skies: 10_000,
             sky_store_bytes: 4 << 30,

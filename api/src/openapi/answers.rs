@@ -82,7 +82,7 @@ pub(super) fn schemas() -> Map<String, Value> {
     put(
         "plan",
         object(json!({
-            "texture": text, "tolerance": number, "meets_tolerance": flag, "expected_error": number, "stages": list(stage),
+            "texture": text, "tolerance": number, "meets_tolerance": flag, "expected_error": number, "memory_bytes": whole, "stages": list(stage),
         })),
     );
     put(
