@@ -198,6 +198,17 @@ impl Source {
         Ok(Self { kind, edge, motion })
     }
 
+    /// Bytes on the device and of what waits for it.
+    pub(crate) fn size(&self) -> u64 {
+        let kind = match &self.kind {
+            Kind::Columns(columns) => size_of_val(columns.texels.as_slice()) as u64,
+            Kind::Uniform(_) => 0,
+            Kind::Synthetic(synthetic) => synthetic.size(),
+            Kind::Image(picture) => picture.image.size() + picture.gaussian.size(),
+        };
+        kind + self.motion.as_ref().map_or(0, Motion::size)
+    }
+
     /// The field at a time. `offset_uv`: where the mean wind has carried what is made anew for each time, so that its texels are
     /// those of the domain.
     pub(crate) fn at(

@@ -18,4 +18,4 @@ pub use error::GpuError;
 pub use pass::PassRecord;
 pub(crate) use pass::{Bind, Pass, binds};
 pub use resources::HostMap;
-pub(crate) use resources::Target;
+pub(crate) use resources::{Target, view_bytes};

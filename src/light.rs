@@ -51,6 +51,18 @@ impl LayerLight {
     }
 }
 
+impl Light {
+    /// Bytes on the device.
+    pub(crate) fn size(&self) -> u64 {
+        let of_layer = |layer: &LayerLight| {
+            let LayerLight { from_below, from_above, all_from_below, share, lattice } = layer;
+            let maps = from_above.iter().chain(share).chain([from_below, all_from_below]);
+            maps.map(Target::size).sum::<u64>() + lattice.as_ref().map_or(0, LatticeSeen::size)
+        };
+        self.layers.iter().map(of_layer).sum::<u64>() + self.gathered.size()
+    }
+}
+
 /// Light at one moment.
 pub(crate) struct Light {
     /// Lowest first.

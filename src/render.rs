@@ -41,17 +41,23 @@ pub struct RendererOptions {
     pub adapter: Option<String>,
     /// Let the device filter 32-bit floats if it can. Off, the slower path of devices that can't is used.
     pub filtering: bool,
+    /// Bytes of fields, light and the like of earlier renders that may stay for the next ones, on the device and the host together.
+    pub kept_bytes: u64,
 }
+
+/// Enough for all of one moving layer of the finest field, and for dozens of usual ones.
+const KEPT_BYTES: u64 = 1 << 30;
 
 impl Default for RendererOptions {
     fn default() -> Self {
-        Self { adapter: None, filtering: true }
+        Self { adapter: None, filtering: true, kept_bytes: KEPT_BYTES }
     }
 }
 
 /// The renderer: a device, and what it keeps between requests.
 pub struct Renderer {
     pipeline: Pipeline,
+    kept_bytes: u64,
 }
 
 impl std::fmt::Debug for Renderer {
@@ -68,7 +74,7 @@ impl Renderer {
     /// [`GpuError::NoAdapter`] says what to install.
     pub fn new(options: &RendererOptions) -> Result<Self, GpuError> {
         let gpu = Gpu::open(options.adapter.as_deref(), options.filtering)?;
-        let mut renderer = Self { pipeline: Pipeline::new(gpu) };
+        let mut renderer = Self { pipeline: Pipeline::new(gpu), kept_bytes: options.kept_bytes };
         renderer.warm_up().map_err(|e| GpuError::Failed(e.to_string()))?;
         Ok(renderer)
     }
@@ -76,6 +82,11 @@ impl Renderer {
     /// The adapter in use.
     pub fn adapter(&self) -> &AdapterSummary {
         &self.pipeline.gpu.summary
+    }
+
+    /// Bytes of earlier renders that it keeps for the next ones: no more than its options allow.
+    pub fn kept_bytes(&mut self) -> u64 {
+        self.pipeline.kept_bytes()
     }
 
     /// Drivers compile a shader at its first dispatch: each runs once on a tiny scene, whose droplets are black, so that their tables are made
@@ -151,7 +162,9 @@ impl Renderer {
             };
             (Texels { data, standard_error: None }, 0.0, 0.0)
         } else {
-            let run = self.pipeline.run(job, watch, Keep::Texels, &mut clock)?;
+            let run = self.pipeline.run(job, watch, Keep::Texels, &mut clock);
+            self.pipeline.shrink(self.kept_bytes);
+            let run = run?;
             base_m = run.moment.base_m;
             let plane_m = request.wanted.plane().map_or(0.0, |plane| run.moment.plane_m(plane.side));
             let deepest_m = drawn(job).into_iter().map(|number| run.fields[number].depth_m).sum::<f32>();

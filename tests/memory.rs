@@ -118,6 +118,26 @@ fn renders_take_no_more_memory_than_is_told_and_more_than_half_of_it() {
     }
 }
 
+/// What stays for later renders is bounded, and no texel tells whether anything did.
+#[test]
+fn a_renderer_keeps_no_more_than_it_may() {
+    const MOST: u64 = 3 << 20;
+    let library = TableLibrary::new(None);
+    let renderer = |kept_bytes| Renderer::new(&RendererOptions { kept_bytes, ..RendererOptions::default() }).unwrap();
+    let (mut some, mut none) = (renderer(MOST), renderer(0));
+    let query = &[("size", "64"), ("tolerance", "0.3"), ("transport", "tilted")];
+    let (scene, request) = prepared(&("", COLUMNS, 256, "cloud", query));
+    let job = Job::prepare(scene, request, &Images::new(), &library, &|_| ()).unwrap();
+    for time_s in [0.0, 60.0, 120.0, 180.0, 0.0] {
+        let job = job.at(time_s);
+        let texture = some.render(&job, &Watch::default()).unwrap();
+        assert_eq!(texture.data, none.render(&job, &Watch::default()).unwrap().data);
+        assert!(some.kept_bytes() <= MOST && none.kept_bytes() == 0, "{}", some.kept_bytes());
+    }
+    // Columns of 256 texels a side take 1 MiB.
+    assert!(some.kept_bytes() > 1 << 20);
+}
+
 /// The numbers go the way that the request goes.
 #[test]
 fn memory_grows_with_what_is_asked_for() {

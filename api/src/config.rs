@@ -192,7 +192,7 @@ impl Config {
     /// Every number with the range in which it works: beyond, times overflow the clock, and memory, handles or threads do not
     /// suffice on any machine.
     fn ranges(&self) -> Vec<(&'static str, u64, RangeInclusive<u64>)> {
-        let Self { server, limits, queue, cache, jobs, store, .. } = self;
+        let Self { server, limits, queue, cache, render, jobs, store, .. } = self;
         let seconds = |key, value: u64, least| (key, value, least..=DAY_S);
         let bytes = |key, value: u64, least| (key, value, least..=MOST_BYTES);
         let count = |key, value: usize, most| (key, value as u64, 1..=most);
@@ -234,6 +234,7 @@ impl Config {
             ("store.image_days", store.image_days, 0..=36_500),
             count("queue.depth", queue.depth, 100_000),
             seconds("queue.timeout_s", queue.timeout_s, 1),
+            bytes("render.kept_bytes", render.kept_bytes, 0),
             bytes("cache.memory_bytes", cache.memory_bytes, 0),
             bytes("cache.image_memory_bytes", cache.image_memory_bytes, 0),
         ]

@@ -70,7 +70,7 @@ async fn run(config: Config) -> Result<(), ServeError> {
         Some(listen) => Some(listening(listen)?),
         None => None,
     };
-    let factory = core_factory(config.render.wanted());
+    let factory = core_factory(config.render.wanted(), config.render.kept_bytes);
     let place = config.place();
     let app = App::open(config, factory).map_err(|error| ServeError::Open(place.clone(), error))?;
     let app = Arc::new(app);

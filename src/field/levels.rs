@@ -16,6 +16,13 @@ pub(crate) struct Levels {
     pub(crate) bounds: Target,
 }
 
+impl Levels {
+    /// Bytes on the device.
+    pub(crate) fn size(&self) -> u64 {
+        self.map.size() + self.bounds.size()
+    }
+}
+
 /// The levels of a field.
 pub(crate) fn levels(gpu: &Gpu, field: &Field, deadline: Option<Instant>) -> Result<Levels, GpuError> {
     let thickness = &field.thickness;

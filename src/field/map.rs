@@ -105,6 +105,11 @@ impl Field {
         if self.ragged { columns } else { sheet }
     }
 
+    /// Bytes on the device.
+    pub(crate) fn size(&self) -> u64 {
+        self.thickness.size() + self.bounds.size()
+    }
+
     /// Whether the map is the same everywhere.
     pub(crate) fn is_uniform(&self) -> bool {
         self.thickness.width * self.thickness.height == 1

@@ -53,6 +53,12 @@ impl Motion {
         }
     }
 
+    /// Bytes on the device.
+    pub(crate) fn size(&self) -> u64 {
+        let maps = self.bands.iter().chain(&self.states).chain([&self.velocity, &self.displacement]);
+        maps.map(Target::size).sum()
+    }
+
     /// Spread of the difference of the two layers' displacements on one axis, domains: nearly the same at all times.
     pub(crate) fn spread(&self) -> f64 {
         SPREAD_PER_WAY * self.speed_per_s * self.clock.life_s

@@ -225,6 +225,11 @@ impl Synthetic {
         Ok(synthetic)
     }
 
+    /// Bytes on the device.
+    pub(super) fn size(&self) -> u64 {
+        self.groups.iter().map(Target::size).sum::<u64>() + self.cells.size() + self.gaussian.size()
+    }
+
     /// Streets a tile, where the pattern is of streets.
     fn rows(&self) -> f64 {
         rows(self.extent_m, self.wanted.cell_m.get(), self.resolution)

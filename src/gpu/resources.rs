@@ -76,6 +76,11 @@ impl Target {
         [(self.width >> level).max(1), (self.height >> level).max(1)]
     }
 
+    /// Bytes that it takes on the device.
+    pub(crate) fn size(&self) -> u64 {
+        texture_bytes(&self.texture)
+    }
+
     fn is_half(&self) -> bool {
         self.texture.format() == wgpu::TextureFormat::Rgba16Float
     }
@@ -84,6 +89,25 @@ impl Target {
     fn bytes(&self, texels: u32) -> u32 {
         texels * self.channels * if self.is_half() { 2 } else { 4 }
     }
+}
+
+/// Bytes of a texture's mip levels.
+fn texture_bytes(texture: &wgpu::Texture) -> u64 {
+    let (size, texel) = (texture.size(), u64::from(texture.format().block_copy_size(None).unwrap_or(0)));
+    let level = |level: u32| {
+        let side = |side: u32| u64::from((side >> level).max(1));
+        let layers = match texture.dimension() {
+            wgpu::TextureDimension::D3 => side(size.depth_or_array_layers),
+            _ => u64::from(size.depth_or_array_layers),
+        };
+        side(size.width) * side(size.height) * layers
+    };
+    texel * (0..texture.mip_level_count()).map(level).sum::<u64>()
+}
+
+/// Bytes of what a view shows of a texture, and the rest of that.
+pub(crate) fn view_bytes(view: &wgpu::TextureView) -> u64 {
+    texture_bytes(view.texture())
 }
 
 impl Gpu {

@@ -3,7 +3,7 @@
 use super::lattice::LatticeMaps;
 use crate::cumulus::dressed::{ANGLES, PATHS};
 use crate::gpu::layout::LatticeLight;
-use crate::gpu::{Bind, Gpu, binds};
+use crate::gpu::{Bind, Gpu, binds, view_bytes};
 use half::f16;
 use std::sync::Arc;
 
@@ -49,6 +49,14 @@ impl LatticeLit {
     }
 }
 
+impl LatticeLit {
+    /// Bytes on the device, and as much on the host.
+    pub(crate) fn size(&self) -> u64 {
+        let Self { within, depths, slabs, .. } = self;
+        2 * [within, depths, slabs].map(view_bytes).iter().sum::<u64>()
+    }
+}
+
 /// How a view ray reads the sun's light of a layer.
 pub(crate) struct LatticeSeen {
     lit: Arc<LatticeLit>,
@@ -60,6 +68,11 @@ impl LatticeSeen {
     pub(crate) fn new(gpu: &Gpu, lit: Arc<LatticeLit>, in_air: [f32; 3]) -> Self {
         let light = gpu.uniform("lattice", &LatticeLight { in_air, ..lit.maps.light });
         Self { lit, light }
+    }
+
+    /// Bytes of the lattice.
+    pub(crate) fn size(&self) -> u64 {
+        self.lit.size()
     }
 
     /// What the pass reads beside what it does without a lattice.

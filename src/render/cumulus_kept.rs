@@ -1,6 +1,6 @@
 //! The layer of cumulus of a job: what of it stays on the device.
 
-use super::kept::Kept;
+use super::kept::{Kept, Results};
 use super::keys::MixKey;
 use crate::cumulus::dressed::{self, Scattering};
 use crate::cumulus::lattice::{Lattice, Lighting};
@@ -73,14 +73,19 @@ struct Through {
 impl CumulusKept {
     pub(super) fn new() -> Self {
         Self {
-            fields: Kept::new(KEPT),
-            lights: Kept::new(KEPT),
-            sun_depths: Kept::new(KEPT),
-            coarse: Kept::new(KEPT),
+            fields: Kept::sized(KEPT, |field| field.size()),
+            lights: Kept::sized(KEPT, |light| light.size()),
+            sun_depths: Kept::sized(KEPT, |depth| depth.size()),
+            coarse: Kept::sized(KEPT, |normals| normals.size()),
             dressed: Kept::new(KEPT),
             through: Kept::new(KEPT),
             relief: None,
         }
+    }
+
+    /// Those that may be large.
+    pub(super) fn results(&mut self) -> [&mut dyn Results; 4] {
+        [&mut self.fields, &mut self.lights, &mut self.sun_depths, &mut self.coarse]
     }
 
     /// The job's layer of cumulus, with its light by a method where that is wanted, and the even light that then falls on the ground beside that of

@@ -1,6 +1,6 @@
 //! Light of layers by a lattice, kept by what it depends on: the wind carries it along.
 
-use super::kept::Kept;
+use super::kept::{Kept, Results};
 use super::keys::{LatticeKey, MixKey};
 use crate::cumulus::dressed::{self, Scattering};
 use crate::field::Field;
@@ -19,7 +19,13 @@ pub(super) struct LatticesKept {
 
 impl LatticesKept {
     pub(super) fn new(capacity: usize) -> Self {
-        Self { lattices: Kept::new(capacity), dressed: Kept::new(capacity) }
+        let size = |lattice: &Option<Arc<LatticeLit>>| lattice.as_ref().map_or(0, |lattice| lattice.size());
+        Self { lattices: Kept::sized(capacity, size), dressed: Kept::new(capacity) }
+    }
+
+    /// Those that may be large.
+    pub(super) fn results(&mut self) -> [&mut dyn Results; 1] {
+        [&mut self.lattices]
     }
 
     /// The lattice of each layer that has one: an even layer is a slab, whose light is exact without.

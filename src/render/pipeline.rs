@@ -5,7 +5,7 @@ use super::bands::{Shading, bands};
 use super::cumulus_kept::CumulusKept;
 use super::drawn::{cumulus_place, drawn};
 use super::file::check_eye;
-use super::kept::Kept;
+use super::kept::{Kept, Results, shrink};
 use super::keys::{BeamKey, FieldKey, LightKey, MixKey, SlabKey, SourceKey};
 use super::lattices_kept::LatticesKept;
 use super::sky::{SkyJob, SkyKept};
@@ -114,16 +114,34 @@ impl Pipeline {
         Self {
             gpu,
             tables: Kept::new(KEPT),
-            sources: Kept::new(KEPT_SOURCES),
-            fields: Kept::new(KEPT),
+            sources: Kept::sized(KEPT_SOURCES, |source| source.lock().unwrap_or_else(PoisonError::into_inner).size()),
+            fields: Kept::sized(KEPT, |field| field.size()),
             slabs: Kept::new(KEPT),
             lattices: LatticesKept::new(KEPT),
-            lights: Kept::new(KEPT),
-            beams: Kept::new(KEPT_BEAMS),
+            lights: Kept::sized(KEPT, |light| light.size()),
+            beams: Kept::sized(KEPT_BEAMS, |suns| suns.iter().map(GroundSun::size).sum()),
             skies: SkyKept::new(),
             cumulus: CumulusKept::new(),
-            decks: Kept::new(KEPT_SOURCES),
+            decks: Kept::sized(KEPT_SOURCES, |map| size_of_val(map.data.as_slice()) as u64),
         }
+    }
+
+    /// Results of earlier runs that may be large.
+    fn results(&mut self) -> Vec<&mut dyn Results> {
+        let Self { sources, fields, lattices, lights, beams, skies, cumulus, decks, .. } = self;
+        let mut all: Vec<&mut dyn Results> = vec![sources, fields, lights, beams, decks];
+        all.extend(lattices.results().into_iter().chain(skies.results()).chain(cumulus.results()));
+        all
+    }
+
+    /// Bytes of the results of earlier runs.
+    pub(super) fn kept_bytes(&mut self) -> u64 {
+        self.results().iter().map(|results| results.size()).sum()
+    }
+
+    /// Keeps no more of them than so many bytes.
+    pub(super) fn shrink(&mut self, bytes: u64) {
+        shrink(&mut self.results(), bytes);
     }
 
     /// Makes the texels of a job: of a sky, or of a scene that has clouds.

@@ -1,7 +1,7 @@
 //! The texels of a sky: what is made for it beside what other textures take, kept on the device, and its bands.
 
 use super::bands::ground_suns;
-use super::kept::Kept;
+use super::kept::{Kept, Results};
 use super::keys::{AirKey, FieldKey, GroundKey};
 use super::pipeline::Keep;
 use super::stages::SkyStages;
@@ -96,7 +96,16 @@ impl Eye {
 
 impl SkyKept {
     pub(super) fn new() -> Self {
-        Self { levels: Kept::new(KEPT), grounds: Kept::new(KEPT), airs: Kept::new(KEPT_AIRS) }
+        Self {
+            levels: Kept::sized(KEPT, |levels| levels.size()),
+            grounds: Kept::sized(KEPT, |ground| ground.size()),
+            airs: Kept::new(KEPT_AIRS),
+        }
+    }
+
+    /// Those that may be large.
+    pub(super) fn results(&mut self) -> [&mut dyn Results; 2] {
+        [&mut self.levels, &mut self.grounds]
     }
 
     /// The levels of a layer's map.

@@ -4,7 +4,7 @@ use crate::cumulus::lattice::Lattice;
 use crate::cumulus::{Coarse, Relief, Volume};
 use crate::gpu::layout::{Cumulus, View};
 use crate::gpu::shaders::Shader;
-use crate::gpu::{Bind, Gpu, Pass, binds, shaders};
+use crate::gpu::{Bind, Gpu, Pass, binds, shaders, view_bytes};
 use crate::light::Dressed;
 use half::f16;
 use std::sync::Arc;
@@ -35,6 +35,11 @@ impl CumulusField {
         }
     }
 
+    /// Bytes on the device, and as much on the host.
+    pub(crate) fn size(&self) -> u64 {
+        2 * (view_bytes(&self.volume) + view_bytes(&self.leaps))
+    }
+
     /// Brings the noise to the device: the same for all fields.
     pub(crate) fn relief(gpu: &Gpu) -> wgpu::TextureView {
         let relief: Vec<f16> = Relief::samples().iter().map(|&value| f16::from_f32(value)).collect();
@@ -51,6 +56,11 @@ pub(crate) struct SunDepth {
 }
 
 impl SunDepth {
+    /// Bytes on the device.
+    pub(crate) fn size(&self) -> u64 {
+        view_bytes(&self.depths)
+    }
+
     /// Brings that of a lattice to the device.
     pub(crate) fn new(gpu: &Gpu, host: &Lattice) -> Self {
         let size = host.size.map(|n| n as u32);
@@ -68,6 +78,11 @@ pub(crate) struct CumulusLit {
 }
 
 impl CumulusLit {
+    /// Bytes on the device.
+    pub(crate) fn size(&self) -> u64 {
+        self.light.iter().map(view_bytes).sum::<u64>() + self.sun_depth.size()
+    }
+
     /// Brings a lattice to the device.
     pub(crate) fn new(gpu: &Gpu, host: &Lattice) -> Self {
         let size = host.size.map(|n| n as u32);
@@ -88,6 +103,11 @@ pub(crate) struct CoarseNormals {
 }
 
 impl CoarseNormals {
+    /// Bytes on the device.
+    pub(crate) fn size(&self) -> u64 {
+        view_bytes(&self.normals)
+    }
+
     /// Brings them to the device; one cube without a surface where no light is trapped.
     pub(crate) fn new(gpu: &Gpu, host: Option<&Coarse>) -> Self {
         let none = Coarse::none();

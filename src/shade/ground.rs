@@ -13,6 +13,13 @@ pub(crate) struct GroundSun {
     unscattered: wgpu::Buffer,
 }
 
+impl GroundSun {
+    /// Bytes on the device.
+    pub(crate) fn size(&self) -> u64 {
+        self.beam.size() + self.unscattered.size()
+    }
+}
+
 /// The passes that look towards the sun from bands of a texture, and what they fill.
 pub(crate) struct TowardsSun {
     /// One a band.

@@ -70,6 +70,13 @@ pub(crate) struct GroundLit {
     pub(crate) irradiance: wgpu::Buffer,
 }
 
+impl GroundLit {
+    /// Bytes on the device.
+    pub(crate) fn size(&self) -> u64 {
+        self.radiance.size() + self.irradiance.size()
+    }
+}
+
 /// What lies between the passes of a sky: for tests.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct SkyClouds {

@@ -68,11 +68,13 @@ pub struct Cache {
 }
 
 /// `[render]`: the graphics device.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Render {
     /// Part of the name of the adapter to use; empty picks the best one.
     pub adapter: String,
+    /// Bytes of earlier renders that each renderer may keep for the next ones.
+    pub kept_bytes: u64,
 }
 
 /// `[log]`: the log on stderr.
@@ -122,6 +124,12 @@ impl Default for Limits {
 impl Default for Queue {
     fn default() -> Self {
         Self { depth: 32, timeout_s: 30 }
+    }
+}
+
+impl Default for Render {
+    fn default() -> Self {
+        Self { adapter: String::new(), kept_bytes: 1 << 30 }
     }
 }
 

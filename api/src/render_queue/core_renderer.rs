@@ -19,9 +19,9 @@ impl From<&AdapterSummary> for Adapter {
 }
 
 /// Makes renderers on the wanted adapter (any when none).
-pub fn core_factory(adapter: Option<String>) -> Factory {
+pub fn core_factory(adapter: Option<String>, kept_bytes: u64) -> Factory {
     Box::new(move || {
-        let options = RendererOptions { adapter: adapter.clone(), ..RendererOptions::default() };
+        let options = RendererOptions { adapter: adapter.clone(), kept_bytes, ..RendererOptions::default() };
         Ok(Box::new(Renderer::new(&options)?))
     })
 }
