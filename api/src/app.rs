@@ -156,7 +156,8 @@ impl App {
             jobs: Jobs::open(Arc::clone(&store), &config).map_err(OpenError::Jobs)?,
             clock: Arc::new(Wall),
             images: ImageStore::open(store, limits.image(), limits.image_store_bytes, cache.image_memory_bytes)?,
-            queue: RenderQueue::start(factory, config.queue.depth).map_err(OpenError::Thread)?,
+            queue: RenderQueue::start(factory, config.queue.depth, limits.render_memory_bytes)
+                .map_err(OpenError::Thread)?,
             replies: Replies::new(cache.memory_bytes, finished, Arc::clone(&spool)),
             spool,
             bounded: [tables, textures],

@@ -22,6 +22,7 @@ mod cost;
 mod line;
 mod order;
 mod renderer;
+mod room;
 mod slots;
 #[cfg(test)]
 #[allow(clippy::unwrap_used, clippy::panic, reason = "a test stops where it fails")]
@@ -35,6 +36,7 @@ use order::Order;
 pub(crate) use order::failure;
 pub use order::{Failure, Held};
 pub use renderer::{Adapter, Factory, Picture, Render};
+use room::Room;
 use slots::Pictures;
 use turns::Turns;
 pub use worker::State;
@@ -64,11 +66,12 @@ impl Drop for InLine<'_> {
 }
 
 impl RenderQueue {
-    /// Starts the render threads; at most `depth` small jobs and half as many large ones wait.
-    pub fn start(factory: Factory, depth: usize) -> std::io::Result<Self> {
+    /// Starts the render threads; at most `depth` small jobs and half as many large ones wait. The threads beside the main one take so many
+    /// bytes of memory together, by estimate.
+    pub fn start(factory: Factory, depth: usize, memory_bytes: u64) -> std::io::Result<Self> {
         let (tell, state) = watch::channel(State::Starting);
         let (line, shared) = (Arc::new(Line::new(depth)), Arc::new(Shared::default()));
-        let turns = Arc::<Turns>::default();
+        let (turns, room) = (Arc::<Turns>::default(), Room::new(memory_bytes));
         let (factory, tell, slots) = (Arc::new(Mutex::new(factory)), Arc::new(tell), Pictures::new());
         let worker = || Worker {
             factory: Arc::clone(&factory),
@@ -77,6 +80,7 @@ impl RenderQueue {
             shared: Arc::clone(&shared),
             slots: slots.clone(),
             turns: Arc::clone(&turns),
+            room: Arc::clone(&room),
         };
         let (main, express, small, quick) = (worker(), worker(), worker(), worker());
         let thread = |name: &str| std::thread::Builder::new().name(name.to_owned());

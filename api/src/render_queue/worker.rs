@@ -6,12 +6,14 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
 use skyloom::gpu::GpuError;
+use skyloom::memory::Memory;
 use skyloom::render::{RenderError, Watch};
 use tokio::sync::watch;
 
 use super::line::{Lane, Line};
 use super::order::{Failure, Held, Order, failure};
 use super::renderer::{Adapter, Factory, Render};
+use super::room::Room;
 use super::slots::Pictures;
 use super::turns::Turns;
 use crate::fair::Waiting;
@@ -49,6 +51,8 @@ pub(super) struct Worker {
     pub(super) shared: Arc<Shared>,
     pub(super) slots: Pictures,
     pub(super) turns: Arc<Turns>,
+    /// Memory of all lanes but the main one.
+    pub(super) room: Arc<Room>,
 }
 
 /// Why the renderer is not used any further.
@@ -158,6 +162,19 @@ impl Worker {
                 one.item.answer(Err(Failure::Deadline));
                 continue;
             };
+            let room = match lane {
+                Lane::Main => None,
+                _ => {
+                    let (job, watch) = (&order.job, &order.watch);
+                    let bytes = Memory::new(job.request(), job.scene(), job.images()).bytes;
+                    let Some(room) = self.room.take(bytes, watch.deadline, &watch.cancelled) else {
+                        self.line.done(lane, one.cost, None);
+                        one.item.answer(Err(Failure::Deadline));
+                        continue;
+                    };
+                    Some(room)
+                }
+            };
             let start = Instant::now();
             if lane == Lane::Main {
                 *lock(&self.shared.busy_since) = Some(start);
@@ -171,6 +188,7 @@ impl Worker {
             if lane == Lane::Main {
                 *lock(&self.shared.busy_since) = None;
             }
+            drop(room);
             let took = matches!(rendered, Ok(Ok(_))).then(|| start.elapsed());
             self.line.done(lane, one.cost, took);
             match rendered {
