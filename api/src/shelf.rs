@@ -2,6 +2,7 @@
 
 use std::collections::HashMap;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::time::{Duration, Instant};
 
 use skyloom::store::{Store, StoreError};
 
@@ -33,9 +34,22 @@ pub struct Shelf {
     store: Arc<dyn Store>,
     kind: Kind,
     quota: Quota,
-    /// Length of each blob by name. Its lock orders writers.
-    sizes: Mutex<HashMap<String, u64>>,
+    /// Its lock orders writers.
+    known: Mutex<Known>,
 }
+
+/// What is there, as it was seen last and by what was written here since.
+#[derive(Debug)]
+struct Known {
+    /// Length of each blob by name.
+    sizes: HashMap<String, u64>,
+    /// When it was listed, and for how long that is as good as new.
+    listed: Instant,
+    fresh: Duration,
+}
+
+/// For so long other servers of a store may write without being counted, and so many times as long as it takes to list what they wrote.
+const FRESH: (Duration, u32) = (Duration::from_secs(1), 20);
 
 /// Why a blob was not kept.
 #[derive(Clone, Debug)]
@@ -55,9 +69,9 @@ impl From<StoreError> for ShelfError {
 impl Shelf {
     /// Looks what is there.
     pub fn open(store: Arc<dyn Store>, kind: Kind, quota: Quota) -> Result<Self, StoreError> {
-        let shelf = Self { store, kind, quota, sizes: Mutex::default() };
-        let sizes = shelf.list()?;
-        *shelf.lock() = sizes;
+        let known = Known { sizes: HashMap::new(), listed: Instant::now(), fresh: Duration::ZERO };
+        let shelf = Self { store, kind, quota, known: Mutex::new(known) };
+        shelf.look(&mut shelf.lock())?;
         Ok(shelf)
     }
 
@@ -79,7 +93,7 @@ impl Shelf {
     /// Keeps a blob; false when exactly these bytes were there. Others are damaged, as the name follows from the bytes, and
     /// are replaced.
     pub fn keep(&self, name: &str, bytes: &[u8]) -> Result<bool, ShelfError> {
-        let mut sizes = self.lock();
+        let mut known = self.lock();
         let length = bytes.len() as u64;
         let is_there = match self.read(name) {
             Ok(there) => {
@@ -95,25 +109,25 @@ impl Shelf {
             }
         };
         if !is_there {
-            if !self.has_room(&sizes, name, length) {
-                // Somebody else may have made room.
-                *sizes = self.list()?;
-                if !self.has_room(&sizes, name, length) {
+            // Somebody else may have written, or made room.
+            let is_old = known.listed.elapsed() >= known.fresh;
+            if is_old || !self.has_room(&known.sizes, name, length) {
+                self.look(&mut known)?;
+                if !self.has_room(&known.sizes, name, length) {
                     return Err(ShelfError::Full);
                 }
             }
             self.store.put(&self.key(name), bytes)?;
         }
-        sizes.insert(name.to_owned(), length);
+        known.sizes.insert(name.to_owned(), length);
         Ok(!is_there)
     }
 
     /// Names of the blobs that are there, with their lengths, in no order.
     pub fn names(&self) -> Result<Vec<(String, u64)>, StoreError> {
-        let sizes = self.list()?;
-        let names = sizes.iter().map(|(name, length)| (name.clone(), *length)).collect();
-        *self.lock() = sizes;
-        Ok(names)
+        let mut known = self.lock();
+        self.look(&mut known)?;
+        Ok(known.sizes.iter().map(|(name, length)| (name.clone(), *length)).collect())
     }
 
     /// Notes that a blob is in use.
@@ -123,9 +137,9 @@ impl Shelf {
 
     /// Removes a blob; false when there was none.
     pub fn remove(&self, name: &str) -> Result<bool, StoreError> {
-        let mut sizes = self.lock();
+        let mut known = self.lock();
         let was_there = self.store.delete(&self.key(name))?;
-        sizes.remove(name);
+        known.sizes.remove(name);
         Ok(was_there)
     }
 
@@ -135,21 +149,25 @@ impl Shelf {
             && others().map(|(_, length)| length).sum::<u64>().saturating_add(length) <= self.quota.bytes
     }
 
-    fn list(&self) -> Result<HashMap<String, u64>, StoreError> {
+    fn look(&self, known: &mut Known) -> Result<(), StoreError> {
+        let start = Instant::now();
         let entries = self.store.list(self.kind.folder)?.into_iter();
         let named = entries.filter_map(|entry| {
             let name = entry.name.strip_suffix(self.kind.ending).filter(|name| self.is_name(name))?;
             Some((name.to_owned(), entry.bytes))
         });
-        Ok(named.collect())
+        known.sizes = named.collect();
+        known.listed = Instant::now();
+        known.fresh = FRESH.0.max(FRESH.1 * start.elapsed());
+        Ok(())
     }
 
     fn key(&self, name: &str) -> String {
         format!("{}/{name}{}", self.kind.folder, self.kind.ending)
     }
 
-    fn lock(&self) -> MutexGuard<'_, HashMap<String, u64>> {
-        self.sizes.lock().unwrap_or_else(PoisonError::into_inner)
+    fn lock(&self) -> MutexGuard<'_, Known> {
+        self.known.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 
@@ -167,8 +185,8 @@ mod tests {
     }
 
     fn total(shelf: &Shelf) -> (usize, u64) {
-        let sizes = shelf.lock();
-        (sizes.len(), sizes.values().sum())
+        let known = shelf.lock();
+        (known.sizes.len(), known.sizes.values().sum())
     }
 
     #[test]
@@ -212,6 +230,26 @@ mod tests {
         assert!(shelf.keep("aa", &[0; 9]).unwrap());
         std::fs::remove_file(data.path().join("things/aa.x")).unwrap();
         assert!(shelf.keep("cc", &[0; 9]).unwrap(), "room that somebody else made is used");
+    }
+
+    #[test]
+    fn a_quota_is_one_for_all_servers_of_a_store() {
+        let data = tempfile::tempdir().unwrap();
+        let shelves = [(); 3].map(|()| open(data.path(), 5, 100));
+        let mut kept = 0;
+        for number in 0..4 {
+            for (server, shelf) in shelves.iter().enumerate() {
+                kept += usize::from(shelf.keep(&format!("{server}{number}"), b"own").is_ok());
+                // What others wrote a second ago is counted.
+                std::thread::sleep(FRESH.0);
+            }
+            if kept == 5 {
+                break;
+            }
+        }
+        assert_eq!(kept, 5);
+        assert!(shelves.iter().all(|shelf| matches!(shelf.keep("ff", b"own"), Err(ShelfError::Full))));
+        assert_eq!(open(data.path(), 5, 100).names().unwrap().len(), 5);
     }
 
     #[test]
