@@ -63,6 +63,7 @@ pub async fn around(State(app): State<Arc<App>>, request: Request, next: Next) -
     }
     let (status, ms) = (response.status().as_u16(), (took.as_secs_f64() * 1e5).round() / 100.0);
     app.metrics.answered(method.as_str(), route.as_ref().map_or("none", MatchedPath::as_str), status, took);
+    app.metrics.served(&client, status, took);
     if access::changes(&method, &path) {
         // What was changed, and what somebody tried to change: one line each, under a name of its own.
         tracing::info!(target: "skyloom::audit", id, trace_id, parent_id, %client, %method, path, status, ms, "write");

@@ -29,6 +29,16 @@ impl Client {
         Self::Address(network(address))
     }
 
+    /// What kind of client it is, for metrics: there are few of them, whoever asks.
+    pub fn class(&self) -> &'static str {
+        match self {
+            Self::Address(address) if address.is_loopback() => "local",
+            Self::Address(_) => "address",
+            Self::Key(_) => "key",
+            Self::Jobs => "jobs",
+        }
+    }
+
     /// Who sent a request over a connection from this address. Where that is a proxy that is trusted, it is whom the last of
     /// them names: what came from before may be invented.
     pub fn behind(address: IpAddr, headers: &HeaderMap, proxies: &[Network]) -> Self {

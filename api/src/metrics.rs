@@ -7,6 +7,7 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
 use crate::app::App;
+use crate::client::Client;
 use crate::connections::Cut;
 use crate::jobs::Counts;
 use crate::render_queue::State;
@@ -19,6 +20,10 @@ const BOUNDS_S: [f64; 9] = [0.005, 0.02, 0.1, 0.5, 1.0, 2.5, 5.0, 10.0, 30.0];
 pub struct Metrics {
     routes: Mutex<BTreeMap<String, Route>>,
     stages: Mutex<BTreeMap<&'static str, Times>>,
+    /// Replies by class of client and status, and time that they took.
+    clients: Mutex<BTreeMap<&'static str, (BTreeMap<u16, u64>, Duration)>>,
+    /// Renders by class of client.
+    renders: Mutex<BTreeMap<&'static str, u64>>,
     /// Textures that were in memory, and that were not.
     cache: [AtomicU64; 2],
 }
@@ -70,8 +75,17 @@ impl Metrics {
         }
     }
 
+    /// The same, by who asked.
+    pub fn served(&self, client: &Client, status: u16, took: Duration) {
+        let mut clients = lock(&self.clients);
+        let (replies, time) = clients.entry(client.class()).or_default();
+        *replies.entry(status).or_default() += 1;
+        *time += took;
+    }
+
     /// A texture was made.
-    pub fn rendered(&self, timings: &[(&'static str, Duration)]) {
+    pub fn rendered(&self, client: &Client, timings: &[(&'static str, Duration)]) {
+        *lock(&self.renders).entry(client.class()).or_default() += 1;
         let mut stages = lock(&self.stages);
         for (stage, time) in timings {
             stages.entry(stage).or_default().add(*time);
@@ -100,6 +114,7 @@ impl Metrics {
         let times = routes.iter().map(|(route, own)| (route, &own.times));
         page.times("skyloom_request_seconds", "route", "Time to the head of a reply.", times);
         drop(routes);
+        page.clients(&lock(&self.clients), &lock(&self.renders));
         page.times("skyloom_stage_seconds", "stage", "Time of the stages of renders.", lock(&self.stages).iter());
         let [hits, misses] = self.cache.each_ref().map(|count| count.load(Ordering::Relaxed) as f64);
         page.family("skyloom_cache_requests_total", "counter", "Textures found in memory, or not.");
@@ -166,6 +181,28 @@ impl Page {
     fn single(&mut self, name: &str, kind: &str, help: &str, value: f64) {
         self.family(name, kind, help);
         self.line(name, &[], value);
+    }
+
+    fn clients(
+        &mut self,
+        clients: &BTreeMap<&'static str, (BTreeMap<u16, u64>, Duration)>,
+        renders: &BTreeMap<&'static str, u64>,
+    ) {
+        self.family("skyloom_client_requests_total", "counter", "Requests answered, by class of client.");
+        for (class, (replies, _)) in clients {
+            for (status, count) in replies {
+                let labels = [("class", *class), ("status", &status.to_string())];
+                self.line("skyloom_client_requests_total", &labels, *count as f64);
+            }
+        }
+        self.family("skyloom_client_seconds_total", "counter", "Time to the heads of replies, by class of client.");
+        for (class, (_, time)) in clients {
+            self.line("skyloom_client_seconds_total", &[("class", class)], time.as_secs_f64());
+        }
+        self.family("skyloom_client_renders_total", "counter", "Textures made, by class of client.");
+        for (class, count) in renders {
+            self.line("skyloom_client_renders_total", &[("class", class)], *count as f64);
+        }
     }
 
     fn jobs(&mut self, app: &App) {

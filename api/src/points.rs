@@ -125,7 +125,7 @@ impl Series {
             }
         };
         let (file, _) = held.picture.in_memory().map_err(|error| ApiError::from(failure(error)))?;
-        self.app.metrics.rendered(&held.picture.timings);
+        self.app.metrics.rendered(&self.client, &held.picture.timings);
         let light = Light::read(&file, job.request().wanted.channels().len(), job.illumination().towards_sun);
         let row = self.format.row(&self.scene, &self.wanted, self.next, &light)?;
         self.next += 1;

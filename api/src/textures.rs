@@ -272,7 +272,7 @@ async fn make(
         timings.push(("encode", start.elapsed()));
         let reason = written.reason.map_or_else(String::new, |reason| format!(";reason=\"{reason}\""));
         let depth = format!("{}{reason}", written.bits);
-        app.metrics.rendered(&timings);
+        app.metrics.rendered(&client, &timings);
         share.shrink(content.in_memory());
         let share = Arc::new(share);
         let on_its_way = Mutex::new(Arc::downgrade(&share));

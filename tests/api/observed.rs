@@ -3,8 +3,9 @@
 use std::process::Stdio;
 
 use serde_json::Value;
+use skyloom::image::sha256_hex;
 
-use crate::harness::{Server, program, scene};
+use crate::harness::{Server, eventually, program, scene};
 
 #[test]
 fn metrics_count_what_was_asked_and_every_reply_has_its_time() {
@@ -44,6 +45,71 @@ fn metrics_count_what_was_asked_and_every_reply_has_its_time() {
     }
     assert!(server.metric("skyloom_connections").unwrap() >= 1.0);
     assert!(server.probe("/metrics").text().contains("# TYPE skyloom_requests_total counter"));
+}
+
+/// Who asks is told by class, whatever its name is: behind a proxy that is trusted by its own address, with a key as that.
+#[test]
+fn metrics_tell_what_each_class_of_clients_took() {
+    let data = tempfile::tempdir().unwrap();
+    let key =
+        format!("{{ name = \"ci\", sha256 = {:?}, rights = [\"read\", \"register\", \"jobs\"] }}", sha256_hex(b"ci"));
+    let settings = format!(
+        "[server]\nproxies = [\"127.0.0.1\"]\n[access]\nanonymous = [\"read\", \"register\", \"admin\"]\nkeys = [{key}]\n"
+    );
+    let server = Server::with_settings(data.path(), &settings);
+    server.is_ready();
+    let count = |class: &str, status: u16| {
+        server.metric(&format!("skyloom_client_requests_total{{class=\"{class}\",status=\"{status}\"}}")).unwrap_or(0.0)
+    };
+    let (foreign, key) = (("x-forwarded-for", "203.0.113.7"), ("authorization", "Bearer ci"));
+    let (other, local) = (("x-forwarded-for", "2001:db8::9"), count("local", 200));
+    let sky = server.sky(&scene());
+    let texture = format!("{sky}/shadow.f32?size=8");
+    assert_eq!(server.ask("GET", &texture, &[foreign], b"").status, 200);
+    assert_eq!(server.ask("GET", &texture, &[other], b"").status, 200);
+    assert_eq!(server.ask("GET", "/v1/skies/none", &[other], b"").status, 404);
+    assert_eq!(server.ask("GET", &format!("{sky}/shadow.f32?size=9"), &[key, foreign], b"").status, 200);
+    assert_eq!(["address", "key"].map(|class| count(class, 200)), [2.0, 1.0]);
+    assert_eq!([count("address", 404), count("key", 404)], [1.0, 0.0]);
+    // Registered by this machine, and the looks at metrics since.
+    assert!(count("local", 201) == 1.0 && count("local", 200) > local);
+    let renders = |class: &str| server.metric(&format!("skyloom_client_renders_total{{class=\"{class}\"}}"));
+    assert_eq!(["address", "key", "local"].map(renders), [Some(1.0), Some(1.0), None]);
+    let seconds = |class: &str| server.metric(&format!("skyloom_client_seconds_total{{class=\"{class}\"}}"));
+    assert!(seconds("address").unwrap() > 0.0 && seconds("key").unwrap() > 0.0);
+    // No name of a client is on the page: there is no end to them.
+    let page = server.get("/metrics").text();
+    assert!(!page.contains("203.0.113.7") && !page.contains("2001:db8") && !page.contains("\"ci\""), "{page}");
+    let job = serde_json::json!({
+        "name": "roof", "every": "1s", "scene": scene(), "keep": 3,
+        "textures": [{ "texture": "shadow", "format": "f32", "query": { "size": 4 } }],
+    });
+    let given =
+        server.ask("POST", "/v1/jobs", &[key, ("content-type", "application/json")], job.to_string().as_bytes());
+    assert_eq!(given.status, 201, "{}", given.text());
+    eventually("a frame of the job", || renders("jobs").filter(|count| *count >= 1.0));
+}
+
+/// Two servers of one store have one quota of skies.
+#[test]
+fn servers_of_one_store_count_its_skies_together() {
+    let data = tempfile::tempdir().unwrap();
+    let servers = [(); 2].map(|()| Server::with_settings(data.path(), "[limits]\nskies = 4\n"));
+    let register = |server: &Server, number: u32| {
+        let mut scene = scene();
+        scene["sun"]["zenith_deg"] = serde_json::json!(number);
+        server.ask("POST", "/v1/skies", &[("content-type", "application/json")], scene.to_string().as_bytes()).status
+    };
+    for (number, server) in (1..).zip(servers.iter().chain(&servers)) {
+        assert_eq!(register(server, number), 201);
+        std::thread::sleep(std::time::Duration::from_millis(1100));
+    }
+    for server in &servers {
+        assert_eq!(register(server, 50), 507);
+        // What is there is no new one.
+        assert_eq!(register(server, 1), 200);
+    }
+    assert_eq!(servers[0].get("/v1/skies").json()["count"], 4);
 }
 
 #[cfg(unix)]
