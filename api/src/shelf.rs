@@ -112,8 +112,10 @@ impl Shelf {
             // Somebody else may have written, or made room.
             let is_old = known.listed.elapsed() >= known.fresh;
             if is_old || !self.has_room(&known.sizes, name, length) {
-                self.look(&mut known)?;
+                // A store that cannot be listed tells what it lacks when it is written.
+                let looked = self.look(&mut known);
                 if !self.has_room(&known.sizes, name, length) {
+                    looked?;
                     return Err(ShelfError::Full);
                 }
             }
