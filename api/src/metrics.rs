@@ -21,11 +21,18 @@ pub struct Metrics {
     routes: Mutex<BTreeMap<String, Route>>,
     stages: Mutex<BTreeMap<&'static str, Times>>,
     /// Replies by class of client and status, and time that they took.
-    clients: Mutex<BTreeMap<&'static str, (BTreeMap<u16, u64>, Duration)>>,
+    clients: Mutex<BTreeMap<&'static str, Served>>,
     /// Renders by class of client.
     renders: Mutex<BTreeMap<&'static str, u64>>,
     /// Textures that were in memory, and that were not.
     cache: [AtomicU64; 2],
+}
+
+/// Replies to a class of clients by status, and the time that they took.
+#[derive(Debug, Default)]
+struct Served {
+    replies: BTreeMap<u16, u64>,
+    time: Duration,
 }
 
 /// Replies of a route by method and status, and their times.
@@ -78,9 +85,9 @@ impl Metrics {
     /// The same, by who asked.
     pub fn served(&self, client: &Client, status: u16, took: Duration) {
         let mut clients = lock(&self.clients);
-        let (replies, time) = clients.entry(client.class()).or_default();
-        *replies.entry(status).or_default() += 1;
-        *time += took;
+        let served = clients.entry(client.class()).or_default();
+        *served.replies.entry(status).or_default() += 1;
+        served.time += took;
     }
 
     /// A texture was made.
@@ -183,21 +190,17 @@ impl Page {
         self.line(name, &[], value);
     }
 
-    fn clients(
-        &mut self,
-        clients: &BTreeMap<&'static str, (BTreeMap<u16, u64>, Duration)>,
-        renders: &BTreeMap<&'static str, u64>,
-    ) {
+    fn clients(&mut self, clients: &BTreeMap<&'static str, Served>, renders: &BTreeMap<&'static str, u64>) {
         self.family("skyloom_client_requests_total", "counter", "Requests answered, by class of client.");
-        for (class, (replies, _)) in clients {
-            for (status, count) in replies {
+        for (class, served) in clients {
+            for (status, count) in &served.replies {
                 let labels = [("class", *class), ("status", &status.to_string())];
                 self.line("skyloom_client_requests_total", &labels, *count as f64);
             }
         }
         self.family("skyloom_client_seconds_total", "counter", "Time to the heads of replies, by class of client.");
-        for (class, (_, time)) in clients {
-            self.line("skyloom_client_seconds_total", &[("class", class)], time.as_secs_f64());
+        for (class, served) in clients {
+            self.line("skyloom_client_seconds_total", &[("class", class)], served.time.as_secs_f64());
         }
         self.family("skyloom_client_renders_total", "counter", "Textures made, by class of client.");
         for (class, count) in renders {
