@@ -26,5 +26,5 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     let hangs = law.hang_m > 0.0;
     let base_m = select(law.lift_m * exp(-thickness_m / max(law.over_m, 1e-6)), law.hang_m - thickness_m, hangs);
     let top_m = select(base_m + thickness_m, law.hang_m, hangs);
-    textureStore(columns, id.xy, vec4<f32>(path_m, top_m, base_m, 0.0));
+    textureStore(columns, id.xy, vec4<f32>(path_m, top_m, base_m, f32(law.grows)));
 }

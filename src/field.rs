@@ -26,13 +26,13 @@ use crate::gpu::layout::{Blend, Eddies, Histogram, Step};
 use crate::gpu::{Gpu, GpuError, HostMap, Pass, Target, binds, shaders};
 use crate::image::Image;
 use crate::scene::quantity::{FillValue, Quantity as _};
-use crate::scene::{self, Pattern, Shape, Thickness, Wind};
+use crate::scene::{self, ExtinctionProfile, Pattern, Shape, Thickness, Wind};
 pub(crate) use bytes::FieldBytes;
 pub(crate) use columns::ColumnMap;
 use image_metres::metres;
 pub(crate) use levels::{Levels, levels};
 pub(crate) use map::Field;
-use map::{bounds, count, find_bounds, read_bins};
+use map::{Stands, bounds, count, find_bounds, read_bins};
 use motion::{Displaced, Motion};
 pub use spectrum::power_spectrum;
 pub(crate) use spectrum::waves;
@@ -47,6 +47,7 @@ pub use transfer::{Distribution, Transfer, calibrate, remap};
 pub(crate) struct Source {
     kind: Kind,
     edge: FlatEdge,
+    profile: ExtinctionProfile,
     motion: Option<Motion>,
 }
 
@@ -170,14 +171,14 @@ impl Source {
         deadline: Option<Instant>,
     ) -> Result<Self, GpuError> {
         let (shape, wind) = (&layer.shape, &layer.wind);
-        let hangs = shape.hangs_from_m().is_some();
+        let stands = Stands { hangs: shape.hangs_from_m().is_some(), profile: shape.profile };
         let kind = match (given, &shape.thickness) {
             (Given::Columns(columns), _) => Kind::Columns(Box::new(columns)),
             (_, Some(Thickness::Uniform(metres))) => Kind::Uniform(metres.get() as f32),
             (_, Some(Thickness::Stratocumulus(wanted))) => {
                 let [east, north, _] = upwind(wind);
                 let domain = Domain { resolution, extent_m, upwind: [east, north] };
-                Kind::Synthetic(Box::new(Synthetic::new(gpu, wanted, hangs, domain, deadline)?))
+                Kind::Synthetic(Box::new(Synthetic::new(gpu, wanted, stands, domain, deadline)?))
             }
             (Given::Thickness(image), Some(Thickness::Map { scale_m, fill, .. })) => {
                 Kind::Image(Box::new(Picture::new(gpu, image, scale_m.get(), *fill)))
@@ -195,7 +196,7 @@ impl Source {
             (_, None, top_m) => FlatEdge::Top(top_m.unwrap_or(0.0), mean_m),
         };
         let motion = moves(shape, wind).then(|| Motion::new(gpu, seed, wind.turbulence_m_s.get(), extent_m));
-        Ok(Self { kind, edge, motion })
+        Ok(Self { kind, edge, profile: shape.profile, motion })
     }
 
     /// Bytes on the device and of what waits for it.
@@ -228,8 +229,8 @@ impl Source {
             Kind::Synthetic(_) | Kind::Image(_) => self.make(gpu, time_s, offset_uv, deadline)?.field,
         };
         match self.edge {
-            FlatEdge::Base(base_m) => Ok(thick.on(base_m)),
-            FlatEdge::Top(top_m, mean_m) => thick.hung(gpu, top_m, mean_m, deadline),
+            FlatEdge::Base(base_m) => thick.on(base_m).with(gpu, self.profile, deadline),
+            FlatEdge::Top(top_m, mean_m) => thick.hung(gpu, top_m, mean_m, self.profile, deadline),
         }
     }
 

@@ -54,6 +54,7 @@
 //! - `phase_function` P: (1/4pi) times its integral over the sphere is 1.
 //! - `irradiance`: horizontal unless said otherwise. `radiance`: per steradian.
 
+mod adiabatic;
 mod air_map;
 pub mod ambient;
 pub mod atmosphere;

@@ -40,6 +40,6 @@ pub use model::{
 pub(crate) use model::{direction, list};
 pub use schema::schema;
 pub(crate) use shape::is_fill;
-pub use shape::{DepthMap, Edge, HeightMap, RadiusMap, Shape};
+pub use shape::{DepthMap, Edge, ExtinctionProfile, HeightMap, RadiusMap, Shape};
 pub(crate) use shape_maps::ShapeMaps;
 pub use synthetic::{DepthLaw, Pattern, Stratocumulus};

@@ -169,7 +169,7 @@ fn host_layouts() -> Vec<(&'static str, Layout)> {
         host_layout!(Octaves { seed, first, count, width }),
         host_layout!(Streets { width, count, spare_0, spare_1, waves }),
         host_layout!(Turned { seed, first, count, width, turns }),
-        host_layout!(Columns { low, per_unit, scale_m, clip_m, lift_m, over_m, hang_m, spare }),
+        host_layout!(Columns { low, per_unit, scale_m, clip_m, lift_m, over_m, hang_m, grows }),
         host_layout!(Cells { seed, kind, count, width, coarser, finer, turns, spare }),
         host_layout!(Eddies { cosines, sines }),
         host_layout!(Step { keep, length_uv, spare_0, spare_1, spare_2 }),

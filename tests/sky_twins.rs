@@ -346,10 +346,10 @@ fn skies_of_images_of_any_size() {
 fn skies_of_columns() {
     let mut thickness = pattern("open", 0.6);
     thickness["law"] = json!("gamma");
-    for top_m in [None, Some(2400.0)] {
+    for (top_m, profile) in [(None, "uniform"), (None, "adiabatic"), (Some(2400.0), "uniform")] {
         for (number, eye) in EYES.into_iter().enumerate() {
-            eprintln!("top {top_m:?}, eye at {eye}");
-            let sky = Sky { thickness: thickness.clone(), top_m, ..Sky::at(50.0) };
+            eprintln!("top {top_m:?}, {profile}, eye at {eye}");
+            let sky = Sky { thickness: thickness.clone(), top_m, profile, ..Sky::at(50.0) };
             check_all(&sky.stages("sky", &query(PROJECTIONS[number % PROJECTIONS.len()], eye, "tabulated")));
         }
     }

@@ -490,8 +490,8 @@ fn fields_of_columns() {
         let mut thickness = pattern(name, coverage);
         thickness["law"] = json!("gamma");
         thickness["spread"] = json!(spread);
-        for top_m in [None, Some(2400.0)] {
-            let sky = Sky { thickness: thickness.clone(), top_m, ..Sky::at(50.0) };
+        for (top_m, profile) in [(None, "uniform"), (Some(2400.0), "adiabatic")] {
+            let sky = Sky { thickness: thickness.clone(), top_m, profile, ..Sky::at(50.0) };
             check_field(&sky.stages("thickness", &[]));
         }
     }
@@ -526,6 +526,7 @@ fn light_between_cloud_and_ground() {
     // A high base has a grid of the exchange that is coarser than the maps.
     let high = Sky { base_m: 5000.0, ..Sky::at(60.0) };
     assert_eq!(check_means(&high.stages("irradiance", &[])), 2);
+    check_sunlight(&Sky { profile: "adiabatic", ..Sky::at(60.0) }.stages("irradiance", &[]));
     for (transport, _) in Transport::ALL {
         eprintln!("{transport}");
         check_sunlight(&Sky::at(60.0).stages("irradiance", &[("transport", transport)]));

@@ -312,7 +312,7 @@ struct Columns {
     lift_m: f32,              // height of the thinnest columns' bases above the base plane; none where they hang
     over_m: f32,              // thickness over which bases come down by a factor of e
     hang_m: f32,              // height of the flat top that columns hang from; 0 where they stand
-    spare: u32,
+    grows: u32,               // 1 where extinction grows with height, as in adiabatic cloud
 }
 
 // From a Gaussian field to thickness.

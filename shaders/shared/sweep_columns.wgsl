@@ -5,6 +5,8 @@ const SWEEP_PARTS: f32 = 16384.0;
 // Cloud denser than this, relative to the layer's extinction, counts as so dense and as deeper: then the longest ray's sum has a
 // number.
 const SWEEP_DENSITY: f32 = 16.0;
+// Slices of a column whose extinction grows with height, each of one extinction.
+const SWEEP_SLICES: u32 = 5u;
 
 // Adds the cloud between the lines i and i + 1, over which its column goes from one to the other.
 fn sweep_add(row: u32, last: i32, i: i32, first: vec4<f32>, other: vec4<f32>, per_metre: f32) {
@@ -14,7 +16,15 @@ fn sweep_add(row: u32, last: i32, i: i32, first: vec4<f32>, other: vec4<f32>, pe
     let tops = max(vec2<f32>(first.y, other.y), bases + least_m);
     let deep_m = 0.5 * (tops.x + tops.y - bases.x - bases.y);
     let starts = f32(disc.between) * vec2<f32>(f32(i), f32(i + 1));
-    let weight = i32(round(path_m / deep_m * f32(disc.between) * SWEEP_PARTS));
-    sweep_ramp(row, last, starts - tops * per_metre, weight);
-    sweep_ramp(row, last, starts - bases * per_metre, -weight);
+    let even = path_m / deep_m * f32(disc.between) * SWEEP_PARTS;
+    let slices = select(1u, SWEEP_SLICES, first.w > 0.0);
+    // What is above the next edge, from the base up.
+    var above = 0;
+    for (var k = 0u; k <= slices; k++) {
+        let parts = vec2<f32>(f32(k), f32(k + 1u)) / f32(slices);
+        let density = select(1.0, column_growth(min(parts, vec2<f32>(1.0))), first.w > 0.0);
+        let weight = select(i32(round(even * density)), 0, k == slices);
+        sweep_ramp(row, last, starts - mix(bases, tops, parts.x) * per_metre, above - weight);
+        above = weight;
+    }
 }

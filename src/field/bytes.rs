@@ -3,7 +3,7 @@
 use super::eddies::{BANDS, GRID};
 use super::synthetic;
 use crate::image::Image;
-use crate::scene::{Layer, Thickness};
+use crate::scene::{ExtinctionProfile, Layer, Thickness};
 use std::collections::HashMap;
 use std::sync::Arc;
 
@@ -37,7 +37,8 @@ impl FieldBytes {
         let found = || shape.image_names().find_map(|name| images.get(&name.0));
         let image = || found().map_or([1; 2], |image| [image.width, image.height]);
         let texels = |[across, down]: [u32; 2]| u64::from(across) * u64::from(down);
-        let mut hung = shape.hangs_from_m().is_some();
+        let grows = shape.profile == ExtinctionProfile::Adiabatic;
+        let mut hung = shape.hangs_from_m().is_some() || (grows && !shape.has_maps());
         let (size, texel, source, passing) = match &shape.thickness {
             // The host has the columns as the device gets them, and a copy of them is on its way.
             _ if shape.has_maps() => (image(), COLUMN, 0, 2 * COLUMN * texels(image())),
@@ -53,7 +54,7 @@ impl FieldBytes {
             }
             Some(Thickness::Uniform(_)) | None => ([1; 2], SHEET, 0, 0),
         };
-        // The thickness from which it hangs goes when the columns are there.
+        // The thickness of columns that hang, or whose extinction grows, goes when the columns are there.
         let (texel, passing) = if hung { (COLUMN, passing + texel * texels(size)) } else { (texel, passing) };
         let source = source + if moves { MOTION } else { 0 };
         Self { size, texel, map: map(texel, texels(size)), source, stays: moves, passing }

@@ -12,7 +12,8 @@ pub(crate) struct ColumnMap {
     /// Texels across and down.
     pub(crate) size: [u32; 2],
     /// Of each: the thickness that a cloud of the layer's extinction had at the column's optical depth, or at that which droplets of another
-    /// radius count as; top and base above the base plane, metres; 0.
+    /// radius count as; top and base above the base plane, metres; 1 where extinction grows
+    /// with height.
     pub(crate) texels: Vec<[f32; 4]>,
     /// Height of the base plane: the lowest base.
     pub(crate) base_m: f64,
@@ -83,12 +84,13 @@ impl ColumnMap {
             // By optical depth it thins out; else it gets flatter.
             if own_depths { [0.0, top_m, base_m] } else { [0.0, middle_m, middle_m] }
         };
+        let grows = shape.profile.on_device() as f32;
         let above = |height_m: f64| (height_m.clamp(low_m, high_m) - low_m) as f32;
         let texel = |number: usize| {
             let [path_m, top_m, base_m] = column(number).unwrap_or_else(|| unknown(number));
             let (top, base) = (above(top_m), above(base_m));
             // Without own depths the path is the thickness that single precision leaves.
-            [if own_depths { path_m as f32 } else { top - base }, top, base, 0.0]
+            [if own_depths { path_m as f32 } else { top - base }, top, base, grows]
         };
         let texels: Vec<[f32; 4]> = (0..maps.count()).map(texel).collect();
         let density = path_sum / (sums[1] - sums[0]);

@@ -1,6 +1,7 @@
 //! Optical depths by a gamma law (Barker, Wielicki and Parker 1996), and columns that go with them: as thick as adiabatic cloud
 //! of that depth, with bases that rise towards gaps.
 
+use super::map::Stands;
 use super::transfer::{BINS, Distribution};
 use crate::gpu::layout::Columns;
 use crate::scene::Stratocumulus;
@@ -105,7 +106,7 @@ impl GammaLaw {
     }
 
     /// The law for the device; `low`, `per_unit`: the bins of the values.
-    pub(super) fn columns(&self, low: f64, per_unit: f64, hangs: bool) -> Columns {
+    pub(super) fn columns(&self, low: f64, per_unit: f64, Stands { hangs, profile }: Stands) -> Columns {
         let on_device = |metres: f64| metres.max(f64::from(f32::MIN_POSITIVE)) as f32;
         // Without cloud there are no metres to divide by.
         let scale_m = if self.path_m > 0.0 { self.thickness_m * self.path_m.powf(-POWER) } else { 0.0 };
@@ -117,7 +118,7 @@ impl GammaLaw {
             lift_m: if hangs { 0.0 } else { (LIFT_MEANS * self.mean_m) as f32 },
             over_m: on_device(self.mean_m),
             hang_m: if hangs { self.depth_m(true) } else { 0.0 },
-            spare: 0,
+            grows: profile.on_device(),
         }
     }
 

@@ -5,6 +5,7 @@ use super::transfer;
 use crate::gpu::layout::{BOUNDS_TEXELS, Histogram};
 use crate::gpu::shaders::Shader;
 use crate::gpu::{Gpu, GpuError, Pass, Target, binds, shaders};
+use crate::scene::ExtinctionProfile;
 use std::time::Instant;
 
 /// A layer's map on the device: of its thickness over a flat base, or of columns.
@@ -25,6 +26,14 @@ pub(crate) struct Field {
     pub(crate) depth_m: f32,
     /// The same at any time, metres: the height of the plane that views from above refer to.
     pub(crate) top_m: f32,
+}
+
+/// How columns stand between their edges.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Stands {
+    /// Whether they hang from a flat top.
+    pub(super) hangs: bool,
+    pub(super) profile: ExtinctionProfile,
 }
 
 impl Field {
@@ -67,27 +76,48 @@ impl Field {
     }
 
     /// The thickness hung down from a flat top, or columns that hang from it already; `mean_m` is that of the cloudy part.
-    pub(super) fn hung(self, gpu: &Gpu, top_m: f64, mean_m: f64, deadline: Option<Instant>) -> Result<Self, GpuError> {
+    pub(super) fn hung(
+        self,
+        gpu: &Gpu,
+        top_m: f64,
+        mean_m: f64,
+        profile: ExtinctionProfile,
+        deadline: Option<Instant>,
+    ) -> Result<Self, GpuError> {
         let (base_m, mean_base_m) = (top_m - f64::from(self.depth_m), top_m - mean_m);
-        if self.ragged {
-            return Ok(Self { base_m, mean_base_m, ..self });
+        let top_m = self.depth_m;
+        let columns = if self.ragged { self } else { self.columns(gpu, [top_m, 1.0], profile, deadline)? };
+        Ok(Self { base_m, mean_base_m, top_m, ..columns })
+    }
+
+    /// The same with a profile: where extinction changes with height a thickness is not enough.
+    pub(super) fn with(
+        self,
+        gpu: &Gpu,
+        profile: ExtinctionProfile,
+        deadline: Option<Instant>,
+    ) -> Result<Self, GpuError> {
+        if self.ragged || profile == ExtinctionProfile::Uniform {
+            return Ok(self);
         }
+        self.columns(gpu, [0.0, 0.0], profile, deadline)
+    }
+
+    /// The columns of a thickness. `hang`: height of a flat top above the base plane, and 1 where they hang from it.
+    fn columns(
+        self,
+        gpu: &Gpu,
+        hang: [f32; 2],
+        profile: ExtinctionProfile,
+        deadline: Option<Instant>,
+    ) -> Result<Self, GpuError> {
         let columns = gpu.texture("columns", [self.thickness.width, self.thickness.height], 4, 1);
-        let top = gpu.texture_from("top", [1, 1], 1, &[self.depth_m]);
-        let binds = binds![&self.thickness, &top, &columns.levels[0]];
+        let law = gpu.texture_from("law", [1, 1], 4, &[hang[0], hang[1], profile.on_device() as f32, 0.0]);
+        let binds = binds![&self.thickness, &law, &columns.levels[0]];
         let bounds = bounds(gpu, &columns);
-        let hang = Pass::new(&shaders::FIELD_HANG, [columns.width, columns.height], binds);
-        gpu.run("field_hang", deadline, &[hang, find_column_bounds(&columns, &bounds)])?;
-        Ok(Self {
-            thickness: columns,
-            bounds,
-            ragged: true,
-            base_m,
-            mean_base_m,
-            density: 1.0,
-            depth_m: self.depth_m,
-            top_m: self.depth_m,
-        })
+        let pass = Pass::new(&shaders::FIELD_HANG, [columns.width, columns.height], binds);
+        gpu.run("field_hang", deadline, &[pass, find_column_bounds(&columns, &bounds)])?;
+        Ok(Self { thickness: columns, bounds, ragged: true, ..self })
     }
 
     /// A field of columns.

@@ -2,7 +2,7 @@
 
 use super::gamma::GammaLaw;
 use super::lattices::turns;
-use super::map::{Field, bounds, count, find_bounds, read_bins};
+use super::map::{Field, Stands, bounds, count, find_bounds, read_bins};
 use super::streets::{rows, streets};
 use super::transfer::{self, Distribution, calibrate};
 use crate::gpu::layout::{Blend, Cells, Columns, Histogram, Octaves, Streets, Transfer, Turned};
@@ -49,8 +49,7 @@ pub(super) struct Synthetic {
     wanted: Stratocumulus,
     /// Of columns; else there is a thickness with one extinction.
     gamma: Option<GammaLaw>,
-    /// Whether cloud hangs from a flat top.
-    hangs: bool,
+    stands: Stands,
     extent_m: f64,
     resolution: u32,
     octaves: u32,
@@ -176,7 +175,7 @@ impl Synthetic {
     pub(super) fn new(
         gpu: &Gpu,
         wanted: &Stratocumulus,
-        hangs: bool,
+        stands: Stands,
         domain: Domain,
         deadline: Option<Instant>,
     ) -> Result<Self, GpuError> {
@@ -202,7 +201,7 @@ impl Synthetic {
                 DepthLaw::Lognormal => None,
                 DepthLaw::Gamma(spread) => Some(GammaLaw::new(wanted, spread.get())),
             },
-            hangs,
+            stands,
             extent_m,
             resolution,
             octaves,
@@ -377,13 +376,13 @@ impl Synthetic {
         deadline: Option<Instant>,
     ) -> Result<(Field, Law), GpuError> {
         let edges = gamma.edges(distribution);
-        let law = gamma.columns(RANGE[0], transfer::BINS as f64 / (RANGE[1] - RANGE[0]), self.hangs);
+        let law = gamma.columns(RANGE[0], transfer::BINS as f64 / (RANGE[1] - RANGE[0]), self.stands);
         let columns = gpu.texture("columns", [self.resolution; 2], 4, 1);
         let (uniform, on_device) = (gpu.uniform("columns", &law), gpu.storage_from("edges", &edges));
         let binds = binds![&uniform, &self.gaussian, &on_device, &columns.levels[0]];
         let pass = Pass::new(&shaders::FIELD_COLUMNS, [self.resolution; 2], binds);
-        let lift_m = if self.hangs { 0.0 } else { gamma.mean_lift_m() };
-        let field = Field::made_columns(gpu, columns, pass, gamma.depth_m(self.hangs), lift_m, deadline)?;
+        let lift_m = if self.stands.hangs { 0.0 } else { gamma.mean_lift_m() };
+        let field = Field::made_columns(gpu, columns, pass, gamma.depth_m(self.stands.hangs), lift_m, deadline)?;
         Ok((field, Law::Columns(law, edges)))
     }
 

@@ -129,7 +129,7 @@ shaders! {
     BASE_COLUMN: "base_column", IMAGE, [SLAB];
     SUN_SHARE: "sun_share", IMAGE, [];
     SUN_SWEEP: "sun_sweep", [64, 1, 1], [SWEEP, SWEEP_SHEET];
-    SUN_SWEEP_COLUMNS: "sun_sweep_columns" of "sun_sweep", [64, 1, 1], [SWEEP, SWEEP_COLUMNS];
+    SUN_SWEEP_COLUMNS: "sun_sweep_columns" of "sun_sweep", [64, 1, 1], [COLUMNS, SWEEP, SWEEP_COLUMNS];
     GROUND_SUN: "ground_sun", IMAGE, [MARCH, PATH, SLAB, SUN, SUN_RAY];
     GROUND_SUN_COLUMNS: "ground_sun_columns" of "ground_sun", IMAGE, [COLUMNS, MARCH, PATH_COLUMNS, SLAB, SUN, SUN_RAY];
     GROUND_SWEPT: "ground_swept" of "ground_sun", IMAGE, [SLAB, SUN, SWEEP, SUN_SWEPT];

@@ -99,11 +99,13 @@ impl LatticeMaps {
             let root = (node as f64).max(0.25) / (NODES - 1) as f64;
             root * root * f64::from(deepest_m)
         };
-        let nodes = (0..NODES).into_par_iter().map(|node| factors(inputs, &faced, path_m(node), fluxes.cell_m));
+        let nodes =
+            (0..NODES).into_par_iter().map(|node| factors(inputs, &columns, &faced, path_m(node), fluxes.cell_m));
         let nodes: Vec<[[f32; 3]; 2]> = nodes.collect();
         let cosine = lighting.towards_sun.z;
         let level = Lighting { towards_sun: DVec3::new((1.0 - cosine * cosine).sqrt(), 0.0, cosine), ..lighting };
-        let slab = |node| Fluxes::even(path_m(node), columns.density, fluxes.cell_m, &level).within;
+        // Without its profile: after equal depths its light is the same, and heights are as depths.
+        let slab = |node| Fluxes::even(path_m(node), columns.density, false, fluxes.cell_m, &level).within;
         let slabs: Vec<Within> = (0..NODES).into_par_iter().map(slab).collect();
         let rgba = |[r, g, b]: [f32; 3]| [r, g, b, 0.0];
         let map = |width: usize, texels: Vec<[f32; 3]>| HostMap {
@@ -175,14 +177,21 @@ fn columns(inputs: &LatticeInputs<'_>) -> Option<Columns> {
         texels,
         extent_m: inputs.extent_m,
         depth_m: top_m.into(),
+        grows: *channels == 4 && data.get(3).is_some_and(|grows| *grows > 0.0),
         density: inputs.density.max(1e-6),
     })
 }
 
 /// Exact light of a slab over that of the lattice: transmitted, reflected.
-fn factors(inputs: &LatticeInputs<'_>, lighting: &Lighting, path_m: f64, cell_m: f64) -> [[f32; 3]; 2] {
+fn factors(
+    inputs: &LatticeInputs<'_>,
+    columns: &Columns,
+    lighting: &Lighting,
+    path_m: f64,
+    cell_m: f64,
+) -> [[f32; 3]; 2] {
     let mu = lighting.towards_sun.z;
-    let even = Fluxes::even(path_m, inputs.density.max(1e-6), cell_m, lighting);
+    let even = Fluxes::even(path_m, columns.density, columns.grows, cell_m, lighting);
     let (down, up) = (even.down[0], even.up[0]);
     let factor = |exact: f64, found: f64| {
         if found > 1e-9 { ((exact / found) as f32).clamp(FACTORS[0], FACTORS[1]) } else { 1.0 }

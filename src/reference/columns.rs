@@ -1,12 +1,13 @@
 //! Columns with bases, tops and extinctions of their own. Twin of `shaders/shared/sheet.wgsl` and `shaders/shared/columns.wgsl`.
 
+use crate::adiabatic::growth;
 use crate::gpu::layout::Frame;
 
 /// Columns less thick than this have no cloud, metres.
 const COLUMN_LEAST_M: f64 = 1e-3;
 
 /// A texel of a layer's map: of columns, the thickness that a cloud of the layer's extinction had at the column's optical depth,
-/// then top and base above the base plane; of a sheet its thickness.
+/// then top and base above the base plane, and 1 where extinction grows with height; of a sheet its thickness.
 pub type Column = [f64; 4];
 
 /// Whether a layer's map is of columns.
@@ -28,6 +29,11 @@ pub fn column_thickness(frame: &Frame, [path_m, top_m, base_m, _]: Column) -> f6
     }
 }
 
+/// Whether a column's extinction grows with height.
+pub fn grows(column: Column) -> bool {
+    column[3] > 0.0
+}
+
 /// The part of a piece of a ray that is in cloud.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ColumnPiece {
@@ -44,7 +50,13 @@ pub fn column_piece(first: Column, last: Column, heights_m: [f64; 2]) -> Option<
     let ends = [under_top[0].max(over_base[0]), under_top[1].min(over_base[1])];
     let half = 0.5 * (ends[0] + ends[1]);
     let [path_m, top_m, base_m] = [0, 1, 2].map(|which: usize| first[which] + (last[which] - first[which]) * half);
-    let density = path_m / (top_m - base_m).max(COLUMN_LEAST_M);
+    let even = path_m / (top_m - base_m).max(COLUMN_LEAST_M);
+    let part = |end: f64| {
+        let [top_m, base_m] = [1, 2].map(|which: usize| first[which] + (last[which] - first[which]) * end);
+        let height_m = heights_m[0] + (heights_m[1] - heights_m[0]) * end;
+        ((height_m - base_m) / (top_m - base_m).max(COLUMN_LEAST_M)).clamp(0.0, 1.0)
+    };
+    let density = if grows(first) { even * growth(ends.map(part)) } else { even };
     (ends[0] < ends[1]).then_some(ColumnPiece { ends, density })
 }
 

@@ -17,10 +17,10 @@ pub fn main(law: &Columns, width: usize, field: &[f32], edges: &[f32]) -> Map {
         let thickness_m = thickness_m(law, path_m);
         if law.hang_m > 0.0 {
             let top_m = f64::from(law.hang_m);
-            return [path_m, top_m, top_m - thickness_m, 0.0];
+            return [path_m, top_m, top_m - thickness_m, law.grows.into()];
         }
         let base_m = f64::from(law.lift_m) * (-thickness_m / f64::from(law.over_m)).exp();
-        [path_m, base_m + thickness_m, base_m, 0.0]
+        [path_m, base_m + thickness_m, base_m, law.grows.into()]
     })
 }
 

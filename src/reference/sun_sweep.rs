@@ -1,16 +1,19 @@
 //! Cloud along rays that are swept over a layer. Twin of `shaders/sun_sweep.wgsl`, `shaders/shared/sweep*.wgsl` and
 //! `shaders/shared/sun_swept.wgsl`: it follows each ray from line to line, where they add up ramps.
 
-use super::columns::{is_ragged, positive};
+use super::columns::{grows, is_ragged, positive};
 use super::frame::vec2;
 use super::map::Map;
 use super::path::{path_excess, path_slope};
+use crate::adiabatic::growth;
 use crate::gpu::layout::{Disc, Frame};
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
 /// Cloud denser than this counts as so dense and as deeper.
 const SWEEP_DENSITY: f64 = 16.0;
+/// Slices of a column whose extinction grows with height, each of one extinction.
+const SWEEP_SLICES: u32 = 5;
 
 /// The rays towards one place of the sun.
 #[derive(Debug, Clone, PartialEq)]
@@ -127,5 +130,15 @@ fn in_cloud(frame: &Frame, columns: &[[f64; 4]], from: f64, heights_m: [f64; 2])
         let [low, high] = cut(ends_m);
         length([low - heights_m[0], high - heights_m[1]])
     };
-    density * (below(top_m) - below(base_m))
+    let slices = if grows(first) { SWEEP_SLICES } else { 1 };
+    let edge = |slice: u32| {
+        let part = f64::from(slice) / f64::from(slices);
+        (part, below([0, 1].map(|i: usize| base_m[i] + (top_m[i] - base_m[i]) * part)))
+    };
+    let within = |slice: u32| {
+        let ((low, below_low), (high, below_high)) = (edge(slice), edge(slice + 1));
+        let share = if slices > 1 { growth([low, high]) } else { 1.0 };
+        share * (below_high - below_low)
+    };
+    density * (0..slices).map(within).sum::<f64>()
 }

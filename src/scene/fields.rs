@@ -4,7 +4,7 @@
 use super::model::Scene;
 use super::parse::{LAYER_KINDS, THICKNESS_KINDS};
 use super::quantity::*;
-use super::shape::FLAT;
+use super::shape::{FLAT, PROFILES};
 use super::synthetic::{DepthLaw, Pattern};
 use serde_json::Value;
 use std::fmt::Write as _;
@@ -236,6 +236,16 @@ pub const GROUPS: &[Group] = &[
             number::<RadiusScaleUm>("/scale_um", "micrometres for a sample of 1; 0.5 to 50 µm in all"),
             field("/fill", Allowed::Other("a number"), "the sample that stands for \"no cloud\", before it is scaled"),
         ],
+    },
+    Group {
+        title: "`profile`",
+        place: "/layers/0",
+        least: r#"{"layers": [{"profile": "uniform", "thickness": {"kind": "uniform", "metres": 0}}]}"#,
+        fields: &[field(
+            "/profile",
+            Allowed::Words(&PROFILES),
+            "how a column's extinction changes from its base to its top; `uniform` where it is left out",
+        )],
     },
     Group {
         title: "A layer of kind `cumulus`",

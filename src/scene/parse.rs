@@ -209,6 +209,7 @@ fn layer(reader: &mut Reader, value: &Value, place: usize, extent_m: f64, resolv
             "thickness",
             "optical_depth",
             "effective_radius",
+            "profile",
             "droplets",
             "wind",
         ],

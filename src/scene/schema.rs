@@ -130,13 +130,14 @@ fn stratiform() -> Value {
         "base" | "top" => reference("height_map"),
         "optical_depth" => reference("depth_map"),
         "effective_radius" => reference("radius_map"),
+        "profile" => object("/layers/0", "/profile")["properties"]["profile"].clone(),
         "flat=base" => json!({ "const": "base" }),
         "flat=top" => json!({ "const": "top" }),
         other => reference(other),
     };
     let form = |needed: &[&str], allowed: &[&str], deep: &[&str]| {
         let mut form = json!({ "type": "object", "additionalProperties": false, "properties": {} });
-        let always = ["kind", "droplets", "wind", "optical_depth", "effective_radius"];
+        let always = ["kind", "droplets", "wind", "optical_depth", "effective_radius", "profile"];
         for name in needed.iter().chain(allowed).chain(deep).chain(&always) {
             let field = name.split('=').next().unwrap_or(name);
             form["properties"][field] = known(name);

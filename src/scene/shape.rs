@@ -10,10 +10,13 @@ use super::write;
 use serde_json::{Value, json};
 
 /// Fields of a stratiform layer that tell its shape.
-pub(super) const FIELDS: [&str; 8] =
-    ["flat", "base_m", "top_m", "base", "top", "thickness", "optical_depth", "effective_radius"];
+pub(super) const FIELDS: [&str; 9] =
+    ["flat", "base_m", "top_m", "base", "top", "thickness", "optical_depth", "effective_radius", "profile"];
 /// Which edge of a layer may be flat.
 pub(super) const FLAT: [&str; 2] = ["base", "top"];
+
+/// How extinction may change with height.
+pub(super) const PROFILES: [&str; 2] = ["uniform", "adiabatic"];
 
 /// Where a stratiform layer's cloud is, and how dense: at least one of the edges is given; where both are, there is no
 /// thickness of its own.
@@ -30,6 +33,25 @@ pub struct Shape {
     pub optical_depth: Option<DepthMap>,
     /// Effective radius of the columns' droplets, where it isn't that of the layer's.
     pub effective_radius: Option<RadiusMap>,
+    /// How a column's extinction changes from its base to its top.
+    pub profile: ExtinctionProfile,
+}
+
+/// How extinction changes within a column, whose optical depth is the same with any profile.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum ExtinctionProfile {
+    /// Not at all.
+    Uniform,
+    /// It grows with the height above the base, to the power of 2/3: as where rising air condenses water in proportion to height on as many
+    /// droplets everywhere (Brenguier et al. 2000, J. Atmos. Sci. 57, 803).
+    Adiabatic,
+}
+
+impl ExtinctionProfile {
+    /// As maps of columns tell it: 1 where extinction grows.
+    pub(crate) fn on_device(self) -> u32 {
+        (self == Self::Adiabatic).into()
+    }
 }
 
 /// An edge of a layer.
@@ -247,7 +269,14 @@ pub(super) fn read(reader: &mut Reader, layer: &Object<'_>, resolve: Resolve<'_>
     let optical_depth = if let Some(read) = optical_depth { Some(read?) } else { None };
     let effective_radius = if let Some(read) = effective_radius { Some(read?) } else { None };
     let thickness = if let Some(read) = thickness { Some(read?) } else { None };
-    let shape = Shape { base: base?, top: top?, thickness, optical_depth, effective_radius };
+    let profile = match layer.has("profile") {
+        true => match reader.word(layer, "profile", &PROFILES)? {
+            "adiabatic" => ExtinctionProfile::Adiabatic,
+            _ => ExtinctionProfile::Uniform,
+        },
+        false => ExtinctionProfile::Uniform,
+    };
+    let shape = Shape { base: base?, top: top?, thickness, optical_depth, effective_radius, profile };
     fits(reader, layer, &shape);
     Some(shape)
 }
@@ -368,6 +397,10 @@ pub(super) fn write(shape: &Shape, layer: &mut Value) {
     if let Some(map) = &shape.effective_radius {
         let text = json!({ "image": map.image.0, "scale_um": map.scale_um.get() });
         layer["effective_radius"] = write::with_fill(text, map.fill);
+    }
+    // Scenes without it keep their names.
+    if shape.profile == ExtinctionProfile::Adiabatic {
+        layer["profile"] = json!("adiabatic");
     }
 }
 

@@ -5,7 +5,7 @@ use super::model::{Layer, Resolve, Thickness};
 use super::parse;
 use super::quantity::*;
 use super::read::{Object, Reader};
-use super::shape::{self, Edge, Shape};
+use super::shape::{self, Edge, ExtinctionProfile, Shape};
 use serde_json::Value;
 
 /// Fields of a sheet.
@@ -45,7 +45,8 @@ pub(super) fn read(reader: &mut Reader, layer: &Object<'_>, resolve: Resolve<'_>
         }
     };
     let (base, top) = (Edge::Flat(base_m), Edge::Open);
-    let shape = Shape { base, top, thickness, optical_depth, effective_radius: None };
+    let profile = ExtinctionProfile::Uniform;
+    let shape = Shape { base, top, thickness, optical_depth, effective_radius: None, profile };
     shape::moves_as_asked(reader, layer, &shape, &wind);
     Some(Layer { shape, droplets, wind })
 }

@@ -19,6 +19,8 @@ pub(crate) struct Sky {
     pub(crate) base_m: f64,
     /// A flat top in place of the base.
     pub(crate) top_m: Option<f64>,
+    /// How extinction changes with height.
+    pub(crate) profile: &'static str,
     /// Layers above it: base, thickness, droplets.
     pub(crate) above: Vec<(f64, Value, Value)>,
     pub(crate) atmosphere: Value,
@@ -36,6 +38,7 @@ impl Sky {
             turbulence_m_s: 0.0,
             base_m: 1000.0,
             top_m: None,
+            profile: "uniform",
             above: Vec::new(),
             atmosphere: json!({"sun": [100, 98, 94], "sky": [3, 4, 6]}),
             resolution: 64,
@@ -57,7 +60,7 @@ impl Sky {
             "atmosphere": self.atmosphere,
             "ground": {"albedo": self.albedo},
             "layers": [{
-                "kind": "stratiform", "base_m": self.base_m, "thickness": self.thickness, "droplets": self.droplets,
+                "kind": "stratiform", "base_m": self.base_m, "thickness": self.thickness, "droplets": self.droplets, "profile": self.profile,
                 "wind": {"speed_m_s": 7, "from_deg": 200, "turbulence_m_s": self.turbulence_m_s}
             }]
         });

@@ -5,6 +5,7 @@ use super::grid::Grid;
 use super::lighting::Lighting;
 use super::optics::{Passages, density_number};
 use super::rays::{LEAST_M, Rays, SunDepths};
+use crate::adiabatic::GROWTH;
 use glam::{DVec3, Vec4};
 use std::f64::consts::PI;
 
@@ -42,6 +43,8 @@ pub struct Columns {
     pub texels: Vec<[f32; 3]>,
     /// Side of the domain, metres.
     pub extent_m: f64,
+    /// Whether extinction grows with height, as in adiabatic cloud.
+    pub grows: bool,
     /// Highest top above the base plane, metres; above 0.
     pub depth_m: f64,
     /// Mean extinction, relative.
@@ -50,9 +53,10 @@ pub struct Columns {
 
 impl Columns {
     /// One column that is the same everywhere, of so much thickness by optical depth.
-    pub(super) fn even(path_m: f64, density: f64) -> Self {
+    pub(super) fn even(path_m: f64, density: f64, grows: bool) -> Self {
         let depth_m = path_m / density;
-        Self { size: [1; 2], texels: vec![[path_m as f32, depth_m as f32, 0.0]], extent_m: depth_m, depth_m, density }
+        let texels = vec![[path_m as f32, depth_m as f32, 0.0]];
+        Self { size: [1; 2], texels, extent_m: depth_m, grows, depth_m, density }
     }
 
     /// Mean of [`Self::texels`]' thickness by optical depth, metres.
@@ -64,7 +68,8 @@ impl Columns {
     fn most(&self) -> f64 {
         let density =
             |texel: &[f32; 3]| if texel[0] > 0.0 { texel[0] / (texel[1] - texel[2]).max(LEAST_M) } else { 0.0 };
-        f64::from(self.texels.iter().map(density).fold(0.0, f32::max)).max(1e-9)
+        let most = f64::from(self.texels.iter().map(density).fold(0.0, f32::max));
+        (if self.grows { GROWTH * most } else { most }).max(1e-9)
     }
 
     /// Cosine between the sun and what it falls on, in the mean over the light that falls there: of an even layer that of the sun's zenith,

@@ -46,9 +46,9 @@ impl Fluxes {
         solve(columns, &grid, lighting, enough, look)
     }
 
-    /// Those of a slab of so much thickness by optical depth and a relative extinction, in cubes of this side.
-    pub fn even(path_m: f64, density: f64, cell_m: f64, lighting: &Lighting) -> Self {
-        let columns = Columns::even(path_m, density);
+    /// Those of a slab of so much thickness by optical depth and a relative extinction, which grows with height or does not, in cubes of this side.
+    pub fn even(path_m: f64, density: f64, grows: bool, cell_m: f64, lighting: &Lighting) -> Self {
+        let columns = Columns::even(path_m, density, grows);
         let look: &dyn Fn() -> Result<(), Infallible> = &|| Ok(());
         match solve(&columns, &columns.with(1, cell_m), lighting, Enough::EXACT, look) {
             Ok(fluxes) => fluxes,

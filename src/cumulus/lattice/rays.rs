@@ -3,6 +3,7 @@
 use super::columns::Columns;
 use super::grid::Grid;
 use super::lighting::Lighting;
+use crate::adiabatic::growth;
 use crate::periodic::Between;
 use glam::{DVec3, Vec4};
 use half::f16;
@@ -189,7 +190,12 @@ impl<'a> Rays<'a> {
             if path <= 0.0 || inside <= 0.0 {
                 continue;
             }
-            let density = path / (top - base).max(LEAST_M);
+            let deep = (top - base).max(LEAST_M);
+            let mut density = path / deep;
+            if columns.grows {
+                let part = |height: f32| f64::from((height - base) / deep).clamp(0.0, 1.0);
+                density *= growth([part(low), part(low + step)]) as f32;
+            }
             let within = density * inside * self.depth_per_m;
             let sum = &mut sums[*cube as usize];
             let part = density * inside / step;

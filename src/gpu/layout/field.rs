@@ -154,8 +154,8 @@ pub struct Columns {
     pub over_m: f32,
     /// Height of the flat top that columns hang from above the base plane; 0 where they stand.
     pub hang_m: f32,
-    /// Unused.
-    pub spare: u32,
+    /// 1 where extinction grows with height, as in adiabatic cloud; else 0.
+    pub grows: u32,
 }
 
 /// From a Gaussian field to thickness.
