@@ -269,7 +269,7 @@ fn constants_of_cumulus() {
 
 #[test]
 fn every_shader_is_valid_with_and_without_filtering() {
-    for shader in shaders::ALL {
+    for shader in shaders::ALL.iter().chain(shaders::GROWING) {
         for filtering in [true, false] {
             let module = parse(&shader.source(filtering));
             let valid = Validator::new(ValidationFlags::all(), Capabilities::empty()).validate(&module);

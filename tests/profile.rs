@@ -1,6 +1,6 @@
 //! Claims about how extinction changes with height in a layer's columns: an even layer's light doesn't know, the beam through a flank is that of its
 //! closed form, and what is seen of uneven cloud is that of Monte Carlo.
-#![expect(clippy::unwrap_used, clippy::expect_used, reason = "a test stops where it fails")]
+#![allow(clippy::unwrap_used, clippy::expect_used, reason = "a test stops where it fails")]
 
 #[path = "common/sky.rs"]
 mod sky;

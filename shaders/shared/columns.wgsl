@@ -1,6 +1,6 @@
 // A layer whose columns have bases, tops and extinctions of their own. A texel of its map: the thickness that a cloud of the
 // layer's extinction had at the column's optical depth; top and base above the base plane; 1 where extinction grows with height, as in
-// adiabatic cloud. Between texels the first three are bilinear, so that optical depth is, and with it its mean.
+// adiabatic cloud, of which shaders are told by COLUMN_GROWS. Between texels the first three are bilinear, so that optical depth is, and with it its mean.
 
 // Height of a column's top above the base plane.
 fn column_top(texel: vec4<f32>) -> f32 {
@@ -40,7 +40,7 @@ fn column_piece(first: vec4<f32>, last: vec4<f32>, heights_m: vec2<f32>) -> Colu
     }
     let middle = mix(first, last, 0.5 * (ends.x + ends.y));
     var density = middle.x / max(middle.y - middle.z, COLUMN_LEAST_M);
-    if first.w > 0.0 {
+    if COLUMN_GROWS {
         let over_base_m = mix(vec2<f32>(heights_m.x - first.z), vec2<f32>(heights_m.y - last.z), ends);
         let deep_m = mix(vec2<f32>(first.y - first.z), vec2<f32>(last.y - last.z), ends);
         density *= column_growth(clamp(over_base_m / max(deep_m, vec2<f32>(COLUMN_LEAST_M)), vec2<f32>(0.0), vec2<f32>(1.0)));

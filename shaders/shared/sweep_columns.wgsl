@@ -17,14 +17,17 @@ fn sweep_add(row: u32, last: i32, i: i32, first: vec4<f32>, other: vec4<f32>, pe
     let deep_m = 0.5 * (tops.x + tops.y - bases.x - bases.y);
     let starts = f32(disc.between) * vec2<f32>(f32(i), f32(i + 1));
     let even = path_m / deep_m * f32(disc.between) * SWEEP_PARTS;
-    let slices = select(1u, SWEEP_SLICES, first.w > 0.0);
+    let slices = select(1u, SWEEP_SLICES, COLUMN_GROWS);
     // What is above the next edge, from the base up.
     var above = 0;
     for (var k = 0u; k <= slices; k++) {
         let parts = vec2<f32>(f32(k), f32(k + 1u)) / f32(slices);
-        let density = select(1.0, column_growth(min(parts, vec2<f32>(1.0))), first.w > 0.0);
-        let weight = select(i32(round(even * density)), 0, k == slices);
-        sweep_ramp(row, last, starts - mix(bases, tops, parts.x) * per_metre, above - weight);
-        above = weight;
+        var weight = even;
+        if COLUMN_GROWS {
+            weight *= column_growth(min(parts, vec2<f32>(1.0)));
+        }
+        let counts = select(i32(round(weight)), 0, k == slices);
+        sweep_ramp(row, last, starts - mix(bases, tops, parts.x) * per_metre, above - counts);
+        above = counts;
     }
 }

@@ -2,7 +2,7 @@
 
 use crate::image::{Image, MissingImage};
 use crate::optics::Radii;
-use crate::scene::{Droplets, Edge, Layer, Shape, ShapeMaps};
+use crate::scene::{Droplets, Edge, ExtinctionProfile, Layer, Shape, ShapeMaps};
 use std::collections::HashMap;
 use std::sync::Arc;
 
@@ -11,6 +11,8 @@ use std::sync::Arc;
 pub(crate) struct ColumnMap {
     /// Texels across and down.
     pub(crate) size: [u32; 2],
+    /// How extinction changes in them.
+    pub(crate) profile: ExtinctionProfile,
     /// Of each: the thickness that a cloud of the layer's extinction had at the column's optical depth, or at that which droplets of another
     /// radius count as; top and base above the base plane, metres; 1 where extinction grows
     /// with height.
@@ -68,7 +70,16 @@ impl ColumnMap {
         if cloudy == 0.0 {
             let base_m = shape.flat_base_m().unwrap_or(0.0);
             let texels = vec![[0.0; 4]; maps.count()];
-            return Ok(Self { size: maps.size, texels, base_m, depth_m: 0.0, mean_m: [base_m; 2], density: 1.0 });
+            let profile = shape.profile;
+            return Ok(Self {
+                size: maps.size,
+                profile,
+                texels,
+                base_m,
+                depth_m: 0.0,
+                mean_m: [base_m; 2],
+                density: 1.0,
+            });
         }
         let mean_m = sums.map(|sum| sum / cloudy);
         let own_depths = shape.optical_depth.is_some() || sizes.is_some();
@@ -94,7 +105,8 @@ impl ColumnMap {
         };
         let texels: Vec<[f32; 4]> = (0..maps.count()).map(texel).collect();
         let density = path_sum / (sums[1] - sums[0]);
-        Ok(Self { size: maps.size, texels, base_m: low_m, depth_m: high_m - low_m, mean_m, density })
+        let profile = shape.profile;
+        Ok(Self { size: maps.size, profile, texels, base_m: low_m, depth_m: high_m - low_m, mean_m, density })
     }
 
     /// What columns of a layer's extinction are as thick as these are deep, metres.

@@ -16,6 +16,8 @@ pub(crate) struct Field {
     pub(crate) bounds: Target,
     /// Whether columns have bases, tops and extinctions of their own.
     pub(crate) ragged: bool,
+    /// How extinction changes in them.
+    profile: ExtinctionProfile,
     /// Height of the base plane above the ground, metres: no base is lower.
     pub(crate) base_m: f64,
     /// Mean height of the bases, metres.
@@ -52,7 +54,8 @@ impl Field {
     /// A thickness over a flat base, on the ground.
     pub(super) fn sheet(thickness: Target, bounds: Target, depth_m: f32, top_m: f32) -> Self {
         let (base_m, mean_base_m) = (0.0, 0.0);
-        Self { thickness, bounds, ragged: false, base_m, mean_base_m, density: 1.0, depth_m, top_m }
+        let profile = ExtinctionProfile::Uniform;
+        Self { thickness, bounds, ragged: false, profile, base_m, mean_base_m, density: 1.0, depth_m, top_m }
     }
 
     /// The same over a base at some height.
@@ -67,12 +70,23 @@ impl Field {
         pass: Pass,
         depth_m: f32,
         lift_m: f64,
+        profile: ExtinctionProfile,
         deadline: Option<Instant>,
     ) -> Result<Self, GpuError> {
         let bounds = bounds(gpu, &columns);
         gpu.run("field_columns", deadline, &[pass, find_column_bounds(&columns, &bounds)])?;
         let (base_m, density, top_m) = (0.0, 1.0, depth_m);
-        Ok(Self { thickness: columns, bounds, ragged: true, base_m, mean_base_m: lift_m, density, depth_m, top_m })
+        Ok(Self {
+            thickness: columns,
+            bounds,
+            ragged: true,
+            profile,
+            base_m,
+            mean_base_m: lift_m,
+            density,
+            depth_m,
+            top_m,
+        })
     }
 
     /// The thickness hung down from a flat top, or columns that hang from it already; `mean_m` is that of the cloudy part.
@@ -117,7 +131,7 @@ impl Field {
         let bounds = bounds(gpu, &columns);
         let pass = Pass::new(&shaders::FIELD_HANG, [columns.width, columns.height], binds);
         gpu.run("field_hang", deadline, &[pass, find_column_bounds(&columns, &bounds)])?;
-        Ok(Self { thickness: columns, bounds, ragged: true, ..self })
+        Ok(Self { thickness: columns, bounds, ragged: true, profile, ..self })
     }
 
     /// A field of columns.
@@ -127,12 +141,27 @@ impl Field {
         gpu.run("field_bounds", deadline, &[find_column_bounds(&columns, &bounds)])?;
         let depth_m = map.depth_m as f32;
         let (base_m, [mean_base_m, _], density) = (map.base_m, map.mean_m, map.density);
-        Ok(Self { thickness: columns, bounds, ragged: true, base_m, mean_base_m, density, depth_m, top_m: depth_m })
+        let profile = map.profile;
+        Ok(Self {
+            thickness: columns,
+            bounds,
+            ragged: true,
+            profile,
+            base_m,
+            mean_base_m,
+            density,
+            depth_m,
+            top_m: depth_m,
+        })
     }
 
     /// The one of two shaders that reads this kind of map.
     pub(crate) fn shader(&self, [sheet, columns]: [&'static Shader; 2]) -> &'static Shader {
-        if self.ragged { columns } else { sheet }
+        match (self.ragged, self.profile) {
+            (false, _) => sheet,
+            (true, ExtinctionProfile::Uniform) => columns,
+            (true, ExtinctionProfile::Adiabatic) => columns.growing(),
+        }
     }
 
     /// Bytes on the device.

@@ -382,7 +382,15 @@ impl Synthetic {
         let binds = binds![&uniform, &self.gaussian, &on_device, &columns.levels[0]];
         let pass = Pass::new(&shaders::FIELD_COLUMNS, [self.resolution; 2], binds);
         let lift_m = if self.stands.hangs { 0.0 } else { gamma.mean_lift_m() };
-        let field = Field::made_columns(gpu, columns, pass, gamma.depth_m(self.stands.hangs), lift_m, deadline)?;
+        let field = Field::made_columns(
+            gpu,
+            columns,
+            pass,
+            gamma.depth_m(self.stands.hangs),
+            lift_m,
+            self.stands.profile,
+            deadline,
+        )?;
         Ok((field, Law::Columns(law, edges)))
     }
 

@@ -5,6 +5,7 @@ use super::error::GpuError;
 use super::shaders::{self, Shader};
 use half::f16;
 use std::collections::HashMap;
+use std::sync::OnceLock;
 use std::time::Instant;
 use wgpu::util::DeviceExt as _;
 
@@ -28,32 +29,46 @@ pub(crate) struct Kernel {
 }
 
 /// Every kernel, by the name of its shader.
-pub(crate) struct Kernels(HashMap<&'static str, Kernel>);
+pub(crate) struct Kernels {
+    device: wgpu::Device,
+    filtering: bool,
+    all: HashMap<&'static str, Kernel>,
+    /// Those of [`shaders::GROWING`], compiled when the first scene wants them: few do.
+    growing: HashMap<&'static str, OnceLock<Kernel>>,
+}
 
 impl Kernels {
     pub(super) fn new(device: &wgpu::Device, filtering: bool) -> Self {
-        let compile = |shader: &Shader| {
-            let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
-                label: Some(shader.label),
-                source: wgpu::ShaderSource::Wgsl(shader.source(filtering).into()),
-            });
-            let pipeline = device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
-                label: Some(shader.label),
-                layout: None,
-                module: &module,
-                entry_point: Some("main"),
-                compilation_options: Default::default(),
-                cache: None,
-            });
-            let layout = pipeline.get_bind_group_layout(0);
-            (shader.label, Kernel { pipeline, layout })
-        };
-        Self(shaders::ALL.iter().map(compile).collect())
+        let growing = shaders::GROWING.iter().map(|shader| (shader.label, OnceLock::new())).collect();
+        let all = shaders::ALL.iter().map(|shader| (shader.label, Kernel::new(device, filtering, shader))).collect();
+        Self { device: device.clone(), filtering, all, growing }
     }
 
-    /// The kernel of a shader. Every shader of [`shaders::ALL`] has one.
+    /// The kernel of a shader. Every shader of [`shaders::ALL`] and [`shaders::GROWING`] has one.
     pub(crate) fn get(&self, shader: &Shader) -> &Kernel {
-        &self.0[shader.label]
+        match self.growing.get(shader.label) {
+            Some(kernel) => kernel.get_or_init(|| Kernel::new(&self.device, self.filtering, shader)),
+            None => &self.all[shader.label],
+        }
+    }
+}
+
+impl Kernel {
+    fn new(device: &wgpu::Device, filtering: bool, shader: &Shader) -> Self {
+        let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
+            label: Some(shader.label),
+            source: wgpu::ShaderSource::Wgsl(shader.source(filtering).into()),
+        });
+        let pipeline = device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
+            label: Some(shader.label),
+            layout: None,
+            module: &module,
+            entry_point: Some("main"),
+            compilation_options: Default::default(),
+            cache: None,
+        });
+        let layout = pipeline.get_bind_group_layout(0);
+        Self { pipeline, layout }
     }
 }
 

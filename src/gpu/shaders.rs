@@ -8,6 +8,8 @@ pub struct Shader {
     /// Invocations in a workgroup; a test compares it with the entry point's attribute.
     pub workgroup: [u32; 3],
     parts: &'static [&'static str],
+    /// Whether it is for columns whose extinction grows with height. Of the others it costs nothing so.
+    grows: bool,
 }
 
 /// The file of a shader: that of its name, unless it shares another's.
@@ -74,8 +76,18 @@ impl Shader {
     /// The whole source; `filtering` false for devices that do not filter 32-bit floats.
     pub fn source(&self, filtering: bool) -> String {
         let mut source = self.parts.concat();
+        source.push_str(if self.grows {
+            "const COLUMN_GROWS: bool = true;\n"
+        } else {
+            "const COLUMN_GROWS: bool = false;\n"
+        });
         source.push_str(if filtering { FILTERED } else { LOADED });
         source
+    }
+
+    /// The same for columns whose extinction grows with height.
+    pub(crate) fn growing(&'static self) -> &'static Self {
+        ALL.iter().zip(GROWING).find(|(shader, _)| shader.label == self.label).map_or(self, |(_, growing)| growing)
     }
 }
 
@@ -87,10 +99,13 @@ macro_rules! shaders {
                 label: $name,
                 workgroup: $workgroup,
                 parts: &[FRAME, $($part,)* wgsl!(file_of!($name $(, $file)?))],
+                grows: false,
             };
         )+
         /// Every shader.
         pub const ALL: &[Shader] = &[$($id),+];
+        /// Each of them for columns whose extinction grows with height.
+        pub const GROWING: &[Shader] = &[$(Shader { label: concat!($name, "_growing"), grows: true, ..$id }),+];
     };
 }
 
