@@ -34,6 +34,16 @@ const STREET_SHARE: f64 = 0.8;
 const TEXELS_PER_CELL: u32 = 20;
 /// Amplitude per octave, 2^(-1/3).
 const OCTAVE_GAIN: f64 = 0.793_700_5;
+/// Variance of cells by octave, those of waves `x` to `x / 2` of their size: most, where that is, and the width of a bell over `ln x` (measured:
+/// 0.24, 0.36, 0.25, 0.07, 0.00 of closed cells from `x` = 1 on, 0.19, 0.33, 0.28, 0.11, 0.01 of open ones).
+const CELLS_MOST: f64 = 0.36;
+const CELLS_FINEST: f64 = 2.4;
+const CELLS_WIDTH: f64 = 0.62;
+/// Noise of an octave that has more of cells than of the spectrum, as a part of the latter.
+const LEAST_NOISE: f64 = 0.15;
+/// Ends of the search for the spectrum's height, and its halvings: one octave alone has all the variance.
+const MOST_LEVEL: f64 = 1e4;
+const HALVINGS: u32 = 60;
 /// Standard deviation of the gradient noise of `shaders/shared/noise.wgsl`.
 const GRADIENT_NOISE_STD: f64 = 0.2151;
 /// Ends of the bins of a Gaussian field, standard deviations.
@@ -261,6 +271,37 @@ impl Synthetic {
         })
     }
 
+    /// Variance of each octave of noise; with that of `share` squared of cells or streets it is 1. `cells`: across the domain, where there are any.
+    fn octave_parts(&self, share: f64, cells: Option<f64>) -> Vec<f64> {
+        let octaves = 0..self.octaves;
+        let noise = 1.0 - share * share;
+        let falling = |o: u32| OCTAVE_GAIN.powi(2 * o as i32);
+        let sum: f64 = octaves.clone().map(falling).sum();
+        let (Some(cells), Some(_)) = (cells, &self.gamma) else {
+            return octaves.map(|o| noise / sum * falling(o)).collect();
+        };
+        // Cells are smooth but for their creases: what they lack of a -5/3 spectrum from their own size down is noise.
+        let finest = |o: u32| f64::from(LOWEST_PERIOD << o) / cells;
+        let of_cells = |o: u32| {
+            let away = (finest(o) / CELLS_FINEST).ln() / CELLS_WIDTH;
+            share * share * CELLS_MOST * (-0.5 * away * away).exp()
+        };
+        let parts = |level: f64| -> Vec<f64> {
+            let wanted = |o: u32| match finest(o) {
+                // Longer waves would hide the cells.
+                longer if longer < 1.0 => 0.6 * level,
+                shorter => level * shorter.powf(-2.0 / 3.0),
+            };
+            octaves.clone().map(|o| (wanted(o) - of_cells(o)).max(LEAST_NOISE * wanted(o))).collect()
+        };
+        let (mut low, mut high) = (0.0, MOST_LEVEL);
+        for _ in 0..HALVINGS {
+            let level = 0.5 * (low + high);
+            if parts(level).iter().sum::<f64>() < noise { low = level } else { high = level }
+        }
+        parts(low)
+    }
+
     /// `weights` of the two layers of displacement, `spread` of their difference on an axis (domains), way of the eddies
     /// so far (domains).
     pub(super) fn moment(&self, weights: [f64; 2], spread: f64, way: f64) -> Moment {
@@ -271,8 +312,7 @@ impl Synthetic {
             None if self.streets.is_some() => (STREET_SHARE, self.rows()),
             None => (0.0, CELL_WAVES),
         };
-        let variance: f64 = (0..self.octaves).map(|o| OCTAVE_GAIN.powi(2 * o as i32)).sum();
-        let scale = (1.0 - share * share).sqrt() / (variance.sqrt() * GRADIENT_NOISE_STD);
+        let parts = self.octave_parts(share, cells.map(|cells| f64::from(cells.count)));
         // Two copies that are displaced against each other: their blend lacks variance by what they differ.
         let restored = |cycles: f64| {
             let correlation = (-0.5 * (TAU * cycles * spread).powi(2)).exp();
@@ -284,7 +324,7 @@ impl Synthetic {
                 return 0.0;
             }
             let cycles = OCTAVE_WAVES * f64::from(LOWEST_PERIOD << o);
-            (scale * OCTAVE_GAIN.powi(o as i32) * restored(cycles)) as f32
+            (parts[o as usize].sqrt() / GRADIENT_NOISE_STD * restored(cycles)) as f32
         };
         let group = |i: u32| [octave(4 * i), octave(4 * i + 1), octave(4 * i + 2), octave(4 * i + 3)];
         let blend = Blend {
