@@ -16,6 +16,7 @@ mod lattices;
 mod levels;
 mod map;
 mod motion;
+mod octaves;
 mod spectrum;
 mod statistics;
 mod streets;

@@ -3,6 +3,7 @@
 use super::gamma::GammaLaw;
 use super::lattices::turns;
 use super::map::{Field, Stands, bounds, count, find_bounds, read_bins};
+use super::octaves::octave_parts;
 use super::streets::{rows, streets};
 use super::transfer::{self, Distribution, calibrate};
 use crate::gpu::layout::{Blend, Cells, Columns, Histogram, Octaves, Streets, Transfer, Turned};
@@ -32,18 +33,6 @@ const CELL_SHARE: f64 = 0.7;
 const STREET_SHARE: f64 = 0.8;
 /// Texels of the cells' map per cell: cells are smooth but for the creases between them.
 const TEXELS_PER_CELL: u32 = 20;
-/// Amplitude per octave, 2^(-1/3).
-const OCTAVE_GAIN: f64 = 0.793_700_5;
-/// Variance of cells by octave, those of waves `x` to `x / 2` of their size: most, where that is, and the width of a bell over `ln x` (measured:
-/// 0.24, 0.36, 0.25, 0.07, 0.00 of closed cells from `x` = 1 on, 0.19, 0.33, 0.28, 0.11, 0.01 of open ones).
-const CELLS_MOST: f64 = 0.36;
-const CELLS_FINEST: f64 = 2.4;
-const CELLS_WIDTH: f64 = 0.62;
-/// Noise of an octave that has more of cells than of the spectrum, as a part of the latter.
-const LEAST_NOISE: f64 = 0.15;
-/// Ends of the search for the spectrum's height, and its halvings: one octave alone has all the variance.
-const MOST_LEVEL: f64 = 1e4;
-const HALVINGS: u32 = 60;
 /// Standard deviation of the gradient noise of `shaders/shared/noise.wgsl`.
 const GRADIENT_NOISE_STD: f64 = 0.2151;
 /// Ends of the bins of a Gaussian field, standard deviations.
@@ -271,37 +260,6 @@ impl Synthetic {
         })
     }
 
-    /// Variance of each octave of noise; with that of `share` squared of cells or streets it is 1. `cells`: across the domain, where there are any.
-    fn octave_parts(&self, share: f64, cells: Option<f64>) -> Vec<f64> {
-        let octaves = 0..self.octaves;
-        let noise = 1.0 - share * share;
-        let falling = |o: u32| OCTAVE_GAIN.powi(2 * o as i32);
-        let sum: f64 = octaves.clone().map(falling).sum();
-        let (Some(cells), Some(_)) = (cells, &self.gamma) else {
-            return octaves.map(|o| noise / sum * falling(o)).collect();
-        };
-        // Cells are smooth but for their creases: what they lack of a -5/3 spectrum from their own size down is noise.
-        let finest = |o: u32| f64::from(LOWEST_PERIOD << o) / cells;
-        let of_cells = |o: u32| {
-            let away = (finest(o) / CELLS_FINEST).ln() / CELLS_WIDTH;
-            share * share * CELLS_MOST * (-0.5 * away * away).exp()
-        };
-        let parts = |level: f64| -> Vec<f64> {
-            let wanted = |o: u32| match finest(o) {
-                // Longer waves would hide the cells.
-                longer if longer < 1.0 => 0.6 * level,
-                shorter => level * shorter.powf(-2.0 / 3.0),
-            };
-            octaves.clone().map(|o| (wanted(o) - of_cells(o)).max(LEAST_NOISE * wanted(o))).collect()
-        };
-        let (mut low, mut high) = (0.0, MOST_LEVEL);
-        for _ in 0..HALVINGS {
-            let level = 0.5 * (low + high);
-            if parts(level).iter().sum::<f64>() < noise { low = level } else { high = level }
-        }
-        parts(low)
-    }
-
     /// `weights` of the two layers of displacement, `spread` of their difference on an axis (domains), way of the eddies
     /// so far (domains).
     pub(super) fn moment(&self, weights: [f64; 2], spread: f64, way: f64) -> Moment {
@@ -312,7 +270,9 @@ impl Synthetic {
             None if self.streets.is_some() => (STREET_SHARE, self.rows()),
             None => (0.0, CELL_WAVES),
         };
-        let parts = self.octave_parts(share, cells.map(|cells| f64::from(cells.count)));
+        let octaves = (0..self.octaves).map(|o| f64::from(LOWEST_PERIOD << o)).collect::<Vec<_>>();
+        let seen = cells.filter(|_| self.gamma.is_some());
+        let parts = octave_parts(&octaves, share, seen.map(|cells| f64::from(cells.count)));
         // Two copies that are displaced against each other: their blend lacks variance by what they differ.
         let restored = |cycles: f64| {
             let correlation = (-0.5 * (TAU * cycles * spread).powi(2)).exp();
