@@ -244,6 +244,8 @@ fn constants_of_cumulus() {
     let layers = [
         ("LATTICE_SAMPLES", cloud_lattice::SAMPLES.into()),
         ("LATTICE_FEW", cloud_lattice::FEW.into()),
+        ("LATTICE_LAST", cloud_lattice::LAST),
+        ("LATTICE_GAP", cloud_lattice::GAP),
         ("LATTICE_DARK", cloud_lattice::DARK),
         ("LATTICE_DETOUR", dressed::DETOUR),
         ("LATTICE_PATH_SCALE", dressed::PATH_SCALE),

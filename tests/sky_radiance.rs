@@ -84,3 +84,24 @@ fn dark_and_backward_clouds_shine_no_brighter_than_white_ones() {
         }
     }
 }
+
+/// Where a ray comes from one cloud to the next, what is seen of each grows and shrinks evenly. Rays that looked at single places drew terraces of half of all
+/// light; steepest edges of these clouds change it by a seventh from texel to texel (0.03 degrees).
+#[test]
+fn gaps_within_clouds_draw_no_terraces() {
+    const SIDE: usize = 200;
+    let mut scene: Value = serde_json::from_str(include_str!("../config/scenes/day.json")).unwrap();
+    scene["sun"] = json!({ "zenith_deg": 25, "azimuth_deg": 180 });
+    scene["atmosphere"] = json!({ "sun": [100, 100, 100], "sky": [0, 0, 0] });
+    let size = SIDE.to_string();
+    let query = [("projection", "camera"), ("look", "180,31"), ("fov", "6"), ("size", &*size), ("time", "28800")];
+    let found = Sky::open().render(&scene, "sky", &query).data;
+    let green = |x: usize, y: usize| f64::from(found[3 * (y * SIDE + x) + 1]);
+    let mean = found.iter().map(|value| f64::from(*value)).sum::<f64>() / found.len() as f64;
+    let changes =
+        (0..SIDE * (SIDE - 1)).map(|i| (green(i % SIDE, i / SIDE) - green(i % SIDE, i / SIDE + 1)).abs() / mean);
+    let (most, steep) =
+        changes.fold((0.0_f64, 0), |(most, steep), change| (most.max(change), steep + usize::from(change > 0.05)));
+    eprintln!("at most {most:.3} from texel to texel, {steep} above 0.05");
+    assert!(most < 0.2 && steep < 200, "{most}, {steep}");
+}

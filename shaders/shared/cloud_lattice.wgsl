@@ -10,11 +10,16 @@
 @group(0) @binding(METHOD_NEXT + 5) var around: sampler;
 @group(0) @binding(METHOD_NEXT + 6) var evenly: sampler;
 
-// Places along a ray that are looked at, at most, and shares of what it scatters before each; and where few are looked at.
+// Parts of a ray that are looked at, at most, and shares of what it scatters up to the end of each but the last; and where few are looked at.
 const LATTICE_SAMPLES: u32 = 4u;
-const LATTICE_PARTS: vec4<f32> = vec4<f32>(0.125, 0.375, 0.625, 0.875);
+const LATTICE_PARTS: vec4<f32> = vec4<f32>(0.25, 0.5, 0.75, 1.0);
 const LATTICE_FEW: u32 = 2u;
-const LATTICE_FEW_PARTS: vec4<f32> = vec4<f32>(0.25, 0.75, 0.75, 0.75);
+const LATTICE_FEW_PARTS: vec4<f32> = vec4<f32>(0.5, 1.0, 1.0, 1.0);
+// The last ends so much of its share before all is scattered, times what of all light is: in deep cloud it has no end, and its light is scattered about the
+// middle of so much.
+const LATTICE_LAST: f32 = 0.25;
+// A ray's way between clouds beyond which they are looked at by themselves, cubes.
+const LATTICE_GAP: f32 = 0.5;
 // What a path counts more than its length.
 const LATTICE_DETOUR: f32 = 0.005;
 const LATTICE_PATH_SCALE: f32 = 0.2;
@@ -114,10 +119,19 @@ fn sun_reaches(ray: ViewRay, share: vec4<f32>) -> vec3<f32> {
     let whole = -lattice_expm1(-kept * extinction * ray.path_m);
     let few = ray_is_far(ray);
     let samples = select(LATTICE_SAMPLES, LATTICE_FEW, few);
-    let ats = -lattice_log1p(-whole * select(LATTICE_PARTS, LATTICE_FEW_PARTS, few)) / kept;
+    let shares = select(LATTICE_PARTS, LATTICE_FEW_PARTS, few);
+    let before_last = 1.0 - LATTICE_LAST * whole / f32(samples);
+    let until = -lattice_log1p(-whole * min(shares, vec4<f32>(before_last))) / kept;
+    let since = vec4<f32>(0.0, until.xyz);
+    let gap_m = LATTICE_GAP * lattice.cell_m * ray.cosine;
     var near = ray_map(ray, start + select(vec2<f32>(0.0), way, ray.from_above));
-    // Where the ray has passed so much: of each step with cloud, as long as it has not.
+    // Cloud and mean heights of the parts: of each step with cloud what lies in them. What a part has beyond a gap is by itself.
+    var met = vec4<f32>(0.0);
     var heights_m = vec4<f32>(0.0);
+    var met_beyond = vec4<f32>(0.0);
+    var beyond_m = vec4<f32>(0.0);
+    var beyond = vec4<bool>(false);
+    var last_m = 0.0;
     var before = 0.0;
     var step = 0u;
     loop {
@@ -131,25 +145,42 @@ fn sun_reaches(ray: ViewRay, share: vec4<f32>) -> vec3<f32> {
         near = far;
         let more = per_metre * piece.z * (piece.y - piece.x) * step_m;
         let ends_m = low_m + step_m * select(piece.xy, piece.yx, ray.from_above);
-        let passed = clamp((ats - before) / max(more, 1e-12), vec4<f32>(0.0), vec4<f32>(1.0));
-        let met = (ats > vec4<f32>(before)) & vec4<bool>(more > 0.0);
-        heights_m = select(heights_m, mix(vec4<f32>(ends_m.x), vec4<f32>(ends_m.y), passed), met);
+        let first = clamp((since - before) / max(more, 1e-12), vec4<f32>(0.0), vec4<f32>(1.0));
+        let last = clamp((until - before) / max(more, 1e-12), vec4<f32>(0.0), vec4<f32>(1.0));
+        let weight = more * (last - first);
+        let weighted_m = weight * mix(vec4<f32>(ends_m.x), vec4<f32>(ends_m.y), 0.5 * (first + last));
+        let gap = more > 0.0 && abs(ends_m.x - last_m) > gap_m;
+        beyond = beyond | (vec4<bool>(gap) & (since < vec4<f32>(before)) & (vec4<f32>(before) < until));
+        met += select(weight, vec4<f32>(0.0), beyond);
+        heights_m += select(weighted_m, vec4<f32>(0.0), beyond);
+        met_beyond += select(vec4<f32>(0.0), weight, beyond);
+        beyond_m += select(vec4<f32>(0.0), weighted_m, beyond);
+        last_m = select(last_m, ends_m.y, more > 0.0);
         before += more;
         step++;
         // Left at its end: software devices run through the body once more where a loop is left at its head.
         continuing {
-            break if step >= lines.count || before >= ats.w;
+            break if step >= lines.count || before >= until.w;
         }
     }
     var found = vec3<f32>(0.0);
     var slab = vec3<f32>(0.0);
-    for (var i = 0u; i < samples; i++) {
-        let at = ats[i];
-        let height_m = heights_m[i];
+    // Parts, and what they have beyond gaps.
+    var open = met_beyond > vec4<f32>(0.0);
+    let count = samples + countOneBits(u32(open.x) | (u32(open.y) << 1u) | (u32(open.z) << 2u) | (u32(open.w) << 3u));
+    for (var i = 0u; i < count; i++) {
+        let is_beyond = i >= samples;
+        let k = select(i, select(select(select(3u, 2u, open.z), 1u, open.y), 0u, open.x), is_beyond);
+        open = open & (vec4<bool>(!is_beyond) | (vec4<u32>(0u, 1u, 2u, 3u) != vec4<u32>(k)));
+        // By rounding the ray may end before its last part.
+        let all = max(met[k] + met_beyond[k], 1e-12);
+        let part = select(1.0 - met_beyond[k] / all, met_beyond[k] / all, is_beyond);
+        let height_m = select(select(last_m, heights_m[k] / met[k], met[k] > 1e-12), beyond_m[k] / met_beyond[k], is_beyond);
         let uv = start + way * ((height_m - ray.from_m) / rise_m);
+        let at = select(since[k] + 0.5 * part * (until[k] - since[k]), until[k] - 0.5 * part * (until[k] - since[k]), is_beyond);
         let passes = lattice_passes(at, ratio);
         // Depth that it stands for.
-        let depth = whole / f32(samples) / (kept * passes.g);
+        let depth = part * whole / (f32(samples) * kept * passes.g);
         let share = depth * lattice.albedo * lattice.kept * ratio * passes;
         let line = vec3<f32>(uv - sun_way * height_m, (height_m / lattice.sun_step_m + 0.5) / heights);
         let sun_depth = max(textureSampleLevel(sun_depths, around, line, 0.0).x, 0.0);

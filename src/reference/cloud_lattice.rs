@@ -12,10 +12,14 @@ use crate::light::LatticeMaps;
 use glam::{DVec2, DVec3, DVec4, dvec2, dvec3};
 use half::f16;
 
-/// Places along a ray that are looked at, at most.
+/// Parts of a ray that are looked at, at most, but for gaps.
 pub const SAMPLES: u32 = 4;
 /// And from [`FAR_LEVEL`] on.
 pub const FEW: u32 = 2;
+/// So much of its share, times what is scattered of all light, the last part ends before all is.
+pub const LAST: f64 = 0.25;
+/// A ray's way between clouds beyond which they are looked at by themselves, cubes.
+pub const GAP: f64 = 0.5;
 /// Steps of a plane's ray at most.
 pub const RAY_MOST_STEPS: f64 = 256.0;
 /// Level of the map from which on few places along a ray are enough.
@@ -136,47 +140,75 @@ impl<'a> Way<'a> {
     }
 }
 
-/// A step of a ray that holds cloud: depth before it and of it, heights at which the ray meets it and leaves it.
+/// What a part of a ray has of cloud: its depth, and its heights weighted with that.
 #[derive(Clone, Copy, Default)]
-struct Step {
-    before: f64,
+struct Part {
     depth: f64,
-    ends_m: [f64; 2],
+    heights_m: f64,
 }
 
-/// Places of a ray at even shares of the light that it scatters, from the viewer on.
-fn samples(frame: &Frame, kept: f64, ray: &ViewRay, way: &Way<'_>) -> Vec<Sample> {
+impl Part {
+    fn add(&mut self, depth: f64, height_m: f64) {
+        self.depth += depth;
+        self.heights_m += depth * height_m;
+    }
+}
+
+/// Middles of the parts of a ray, from the viewer on: it is cut where it has scattered even shares of its light, and these where it comes from one cloud
+/// to the next.
+fn samples(frame: &Frame, light: &LatticeLight, ray: &ViewRay, way: &Way<'_>) -> Vec<Sample> {
+    let kept: f64 = light.kept[1].into();
     let extinction = f64::from(frame.medium.extinction_550);
     let whole = -(-kept * extinction * ray.path_m).exp_m1();
-    let (mut last, mut near, mut steps) = (Step::default(), way.map(way.parts[0]), way.parts.windows(2));
     let far = |looked: Looked| looked.level > FAR_LEVEL || looked.one_of_several;
-    let samples = if way.looked.is_some_and(far) { FEW } else { SAMPLES };
-    let sample = |i: u32| {
-        let passes = 1.0 - (f64::from(i) + 0.5) / f64::from(samples) * whole;
-        let before = -passes.ln() / kept;
-        while last.before + last.depth < before {
-            let Some(&[from, to]) = steps.next() else { break };
-            let far = way.map(to);
-            let (low, high) = if ray.from_above { (far, near) } else { (near, far) };
-            let heights_m = [from.min(to), from.max(to)].map(|part| way.height_m(part));
-            let inside = if is_ragged(frame) {
-                column_piece(low, high, heights_m).map(|piece| (piece.ends, piece.density))
-            } else {
-                inside(low[0] - heights_m[0], high[0] - heights_m[1]).map(|ends| (ends, 1.0))
-            };
-            near = far;
-            if let Some((ends, density)) = inside {
-                let [low_m, high_m] = ends.map(|end| heights_m[0] + end * (heights_m[1] - heights_m[0]));
-                let ends_m = if ray.from_above { [high_m, low_m] } else { [low_m, high_m] };
-                let depth = extinction / ray.cosine * density * (high_m - low_m);
-                last = Step { before: last.before + last.depth, depth, ends_m };
-            }
-        }
-        let within = ((before - last.before) / last.depth.max(1e-12)).clamp(0.0, 1.0);
-        let height_m = last.ends_m[0] + within * (last.ends_m[1] - last.ends_m[0]);
-        Sample { height_m, before, depth: whole / f64::from(samples) / (kept * passes) }
+    let count = if way.looked.is_some_and(far) { FEW } else { SAMPLES };
+    let until = |i: u32| {
+        let share = f64::from(i) / f64::from(count);
+        -(-whole * share.min(1.0 - LAST * whole / f64::from(count))).ln_1p() / kept
     };
-    (0..samples).map(sample).collect()
+    let ends: Vec<[f64; 2]> = (0..count).map(|i| [until(i), until(i + 1)]).collect();
+    // Up to the first gap in each, and beyond it.
+    let mut parts = vec![[Part::default(); 2]; ends.len()];
+    let mut beyond = vec![0; ends.len()];
+    let (mut near, mut before, mut last_m) = (way.map(way.parts[0]), 0.0, 0.0);
+    for &[from, to] in way.parts.array_windows() {
+        let far = way.map(to);
+        let (low, high) = if ray.from_above { (far, near) } else { (near, far) };
+        near = far;
+        let heights_m = [from.min(to), from.max(to)].map(|part| way.height_m(part));
+        let inside = if is_ragged(frame) {
+            column_piece(low, high, heights_m).map(|piece| (piece.ends, piece.density))
+        } else {
+            inside(low[0] - heights_m[0], high[0] - heights_m[1]).map(|ends| (ends, 1.0))
+        };
+        let Some((piece, density)) = inside else { continue };
+        let [low_m, high_m] = piece.map(|end| heights_m[0] + end * (heights_m[1] - heights_m[0]));
+        let [first_m, second_m] = if ray.from_above { [high_m, low_m] } else { [low_m, high_m] };
+        let more = extinction / ray.cosine * density * (high_m - low_m);
+        let gap = (first_m - last_m).abs() > GAP * f64::from(light.cell_m) * ray.cosine;
+        for ((part, beyond), [since, until]) in parts.iter_mut().zip(&mut beyond).zip(&ends) {
+            if gap && *since < before && before < *until {
+                *beyond = 1;
+            }
+            let [first, last] = [since, until].map(|depth| ((depth - before) / more.max(1e-12)).clamp(0.0, 1.0));
+            part[*beyond].add(more * (last - first), first_m + 0.5 * (first + last) * (second_m - first_m));
+        }
+        before += more;
+        last_m = second_m;
+    }
+    let middles = parts.iter().zip(&ends).flat_map(|(part, [since, until])| {
+        let all = (part[0].depth + part[1].depth).max(1e-12);
+        let beyond = part[1].depth / all;
+        [(part[0], 1.0 - beyond), (part[1], beyond)].into_iter().enumerate().filter_map(move |(i, (part, share))| {
+            // By rounding the ray may end before its last part.
+            let height_m = if part.depth > 1e-12 { part.heights_m / part.depth } else { last_m };
+            let half = 0.5 * share * (until - since);
+            let before = if i == 0 { since + half } else { until - half };
+            let depth = share * whole / (f64::from(count) * kept * (-kept * before).exp());
+            (i == 0 || share > 0.0).then_some(Sample { height_m, before, depth })
+        })
+    });
+    middles.collect()
 }
 
 /// Where from 0 to 1 what goes evenly from one value to another is above 0.
@@ -244,7 +276,7 @@ fn relative(frame: &Frame, seen: &LatticeSeen<'_>, levels: &[Map], ray: &ViewRay
     let facing = if level > 1e-6 { towards.truncate().dot(sun.truncate()) / level } else { 0.0 };
     let count = seen.size[0] * seen.size[1] * seen.size[2];
     let (mut found, mut slab) = (DVec3::ZERO, DVec3::ZERO);
-    for Sample { height_m, before, depth } in samples(frame, kept.y, ray, &way) {
+    for Sample { height_m, before, depth } in samples(frame, light, ray, &way) {
         let uv = way.uv_at(height_m);
         let share = depth * albedo * kept * ratio * (-kept * ratio * before).exp();
         let cubes = around(seen.size, uv, height_m / cell_m + 1.0);
