@@ -23,24 +23,36 @@ fn cumulus_seen(ray: CloudRay, near_m: f32, far_m: f32, cone: f32, wide_m: f32, 
     var march = CloudMarch(near_m, CUMULUS_UNKNOWN, 0.0, 0.0);
     var step = 0u;
     var pieces = 0u;
+    // What was marched through beyond the end of a piece: optical depth, where it begins, and how long it is.
+    var rest = vec3<f32>(0.0);
     // A piece is shaded once it is whole: software devices would shade at every step. They run through a loop's body once more where
     // it is left at its head, so these are left at their ends.
     loop {
-        let shown = exp(-cumulus.kept.g * seen.depth);
-        var piece = 0.0;
-        var moment = 0.0;
+        // Pieces end where their share is seen, within steps: where whole steps made pieces, their number drew contour lines.
+        let left = CUMULUS_SHARES * exp(-cumulus.kept.g * seen.depth);
+        let room = select(1e9, -log(max(1.0 - 1.0 / left, 1e-6)) / cumulus.kept.g, left > 1.0);
+        let first = min(rest.x, room);
+        let first_m = rest.z * first / max(rest.x, 1e-12);
+        var piece = first;
+        var moment = first * (rest.y + 0.5 * first_m);
+        rest = vec3<f32>(rest.x - first, rest.y + first_m, rest.z - first_m);
+        var whole = rest.x > 0.0;
         loop {
-            let from_m = march.at_m;
-            march = cumulus_march(scale, ray, march, far_m, cone * from_m + wide_m);
-            let added = cumulus.extinction.g * march.density * march.length_m;
-            piece += added;
-            moment += added * (from_m + 0.5 * march.length_m);
-            // A gap ends a piece: what comes next has another place.
-            let share = shown * (1.0 - exp(-cumulus.kept.g * piece));
-            let ends = piece > 0.0 && (added == 0.0 || share > 1.0 / CUMULUS_SHARES);
-            continuing {
+            if !whole {
+                let from_m = march.at_m;
+                march = cumulus_march(scale, ray, march, far_m, cone * from_m + wide_m);
+                let added = cumulus.extinction.g * march.density * march.length_m;
+                let taken = min(added, room - piece);
+                let taken_m = march.length_m * taken / max(added, 1e-12);
+                // A gap ends a piece: what comes next has another place.
+                whole = piece + taken > 0.0 && (added == 0.0 || taken < added);
+                piece += taken;
+                moment += taken * (from_m + 0.5 * taken_m);
+                rest = vec3<f32>(added - taken, from_m + taken_m, march.length_m - taken_m);
                 step++;
-                break if ends || step >= CUMULUS_VIEW_STEPS || march.at_m >= far_m;
+            }
+            continuing {
+                break if whole || step >= CUMULUS_VIEW_STEPS || march.at_m >= far_m;
             }
         }
         if piece > 0.0 {
@@ -50,7 +62,8 @@ fn cumulus_seen(ray: CloudRay, near_m: f32, far_m: f32, cone: f32, wide_m: f32, 
         continuing {
             pieces++;
             let hidden = cumulus.kept.g * seen.depth >= CUMULUS_OPAQUE;
-            break if hidden || pieces >= CUMULUS_PIECES || step >= CUMULUS_VIEW_STEPS || march.at_m >= far_m;
+            let marched = step >= CUMULUS_VIEW_STEPS || march.at_m >= far_m;
+            break if hidden || pieces >= CUMULUS_PIECES || (marched && rest.x <= 0.0);
         }
     }
     seen.radiance += cumulus_behind(seen.depth, background);

@@ -108,12 +108,20 @@ pub(super) fn pieces(
             finish(&mut before, &mut pending, &mut moment);
         }
         end_m = step.to_m;
-        let depth = extinction * step.density * (step.to_m - step.from_m);
-        pending += depth;
-        moment += depth * 0.5 * (step.from_m + step.to_m);
-        let seen = |depth: f64| (-kept * depth).exp();
-        if seen(before) - seen(before + pending) > 1.0 / SHARES {
-            finish(&mut before, &mut pending, &mut moment);
+        let per_metre = extinction * step.density;
+        let mut from_m = step.from_m;
+        // Pieces end where their share is seen, within steps: where whole steps made pieces, their number drew contour lines.
+        while from_m < step.to_m && kept * before < OPAQUE {
+            let share = (kept * before).exp() / SHARES;
+            let room = if share < 1.0 { -(1.0 - share).max(1e-6).ln() / kept - pending } else { f64::INFINITY };
+            let depth = per_metre * (step.to_m - from_m);
+            let (to_m, whole) = if depth > room { (from_m + room / per_metre, true) } else { (step.to_m, false) };
+            pending += depth.min(room);
+            moment += depth.min(room) * 0.5 * (from_m + to_m);
+            from_m = to_m;
+            if whole {
+                finish(&mut before, &mut pending, &mut moment);
+            }
         }
         kept * before < OPAQUE
     });
