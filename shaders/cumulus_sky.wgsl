@@ -27,18 +27,20 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     // Where the ray is in the layer.
     let h_m = view.eye.z;
     let lowest = lowest_m(h_m, direction.z);
-    let turn_m = lowest_distance(h_m, direction.z);
     let rising = view.rising == 1u;
     let near_z = select(min(h_m, cumulus.top_m), max(cumulus.low_m, max(lowest, 0.0)), rising);
     let far_z = select(max(cumulus.low_m, max(lowest, 0.0)), cumulus.top_m, rising);
     let turns = lowest > cumulus.low_m;
     var near_m = sinking_distance(h_m, direction.z, near_z);
-    var far_m = select(sinking_distance(h_m, direction.z, far_z), turn_m, turns);
+    // A ray that turns in the layer is one with its rising part: of cloud in two parts neither knows of the light that the other scatters on, and a dark
+    // line would go through it level with the eye.
+    var far_m = select(sinking_distance(h_m, direction.z, far_z), rising_distance(h_m, direction.z, cumulus.top_m), turns);
     var meets = direction.z < 0.0 && near_z > far_z;
     if rising {
-        near_m = select(rising_distance(h_m, direction.z, near_z), turn_m, turns);
+        near_m = rising_distance(h_m, direction.z, near_z);
         far_m = rising_distance(h_m, direction.z, cumulus.top_m);
-        meets = near_z < cumulus.top_m && (direction.z >= 0.0 || lowest > 0.0);
+        let sank = turns && direction.z < 0.0;
+        meets = near_z < cumulus.top_m && (direction.z >= 0.0 || lowest > 0.0) && !sank;
     }
     if !meets || near_m >= far_m {
         return;

@@ -113,8 +113,8 @@ fn pictures_are_those_of_monte_carlo() {
     assert!(mean(&front) < 0.065 && mean(&back) < 0.08 && mean(&energies).abs() < 0.02);
 }
 
-/// Dark core and bright rim against the sun: radiance of the middle of the cloud over that of its edge. The target, 10 % of Monte Carlo's,
-/// is missed by little: the rim is 6 % too dark, the core 4 % too bright.
+/// Dark core and bright rim against the sun: radiance of the middle of the cloud over that of its edge. The target is 10 % of Monte
+/// Carlo's; 6.2 and 6.5 % were found.
 #[test]
 fn core_and_rim_against_the_sun() {
     let droplets = Droplets::new(1.0);
@@ -138,7 +138,7 @@ fn core_and_rim_against_the_sun() {
         let seen = droplets.picture(&volume, &droplets.lighting(shape.extinction_per_m, shape.sun(sun)), &picture);
         let (ours, theirs) = (contrast(&seen), contrast(&picture.truth(sun).0));
         println!("{sun}: core to rim {ours:.4}, Monte Carlo {theirs:.4}");
-        assert!((ours / theirs - 1.0).abs() < 0.12, "{sun}: {ours} for {theirs}");
+        assert!((ours / theirs - 1.0).abs() < 0.1, "{sun}: {ours} for {theirs}");
     }
 }
 
@@ -217,7 +217,7 @@ fn a_ball_keeps_its_energy() {
     for (sun, extinction) in suns.into_iter().flat_map(|sun| extinctions.map(|extinction| (sun, extinction))) {
         let lighting = droplets.lighting(extinction, sun);
         // The forward peak has most of the light of a thin ball: it is looked at more closely.
-        let rays: Vec<(f64, Ray)> = directions(400)
+        let rays: Vec<(f64, Ray)> = directions(1600)
             .flat_map(|towards| {
                 let near = towards.dot(lighting.towards_sun) > 0.9;
                 let count = if near { 8 } else { 1 };
@@ -240,7 +240,7 @@ fn a_ball_keeps_its_energy() {
         } else {
             1.0 - 2.0 * (1.0 - (1.0 + depth) * (-depth).exp()) / (depth * depth)
         };
-        let sent = 4.0 * PI * sum / 400.0 / taken;
+        let sent = 4.0 * PI * sum / 1600.0 / taken;
         println!("sun {sun}, extinction {extinction}: sends {sent:.4} of what it takes");
         assert!((sent - 1.0).abs() < 0.03, "{sun} {extinction}: {sent}");
     }

@@ -200,3 +200,28 @@ fn a_field_is_a_function_of_time() {
     let again = at(&mut Bench::open(), "100");
     assert_eq!(again, first);
 }
+
+/// A face of cloud, clouds behind its rims and what is level with an eye among them change evenly from texel to texel: no contour lines, where steps of the
+/// march changed in number, and none at the height of the eye, where a ray ceases to sink. They were 30 % of the light.
+#[test]
+fn light_of_clouds_has_no_lines() {
+    const SIDE: usize = 160;
+    let mut scene: serde_json::Value = serde_json::from_str(include_str!("../config/scenes/congestus.json")).unwrap();
+    scene["sun"] = serde_json::json!({ "zenith_deg": 40, "azimuth_deg": 230 });
+    scene["atmosphere"] = serde_json::json!({ "sun": [100, 100, 100], "sky": [4, 4, 6] });
+    let size = SIDE.to_string();
+    let mut bench = Bench::open();
+    for look in ["220,0", "224,-4", "216,-4"] {
+        let query = [("projection", "camera"), ("look", look), ("fov", "5"), ("size", &*size), ("eye", "0,0,2500")];
+        let seen = bench.texture(&scene.to_string(), "sky", &query).data;
+        let green = |x: usize, y: usize| f64::from(seen[3 * (y * SIDE + x) + 1]);
+        // The second difference down the picture, of the light there.
+        let bent = (0..SIDE * (SIDE - 2)).map(|i| {
+            let [above, here, below] = [0, 1, 2].map(|down| green(i % SIDE, i / SIDE + down));
+            (above - 2.0 * here + below).abs() / here
+        });
+        let most = bent.fold(0.0, f64::max);
+        println!("{look}: {most:.4}");
+        assert!(most < 0.05, "{look}: {most}");
+    }
+}

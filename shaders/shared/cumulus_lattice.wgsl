@@ -20,7 +20,10 @@ fn cumulus_piece(ray: CloudRay, angle: f32, at_m: f32, before: f32, piece: f32) 
     let green = textureSampleLevel(light_green, around, uvw, 0.0);
     let blue = textureSampleLevel(light_blue, around, uvw, 0.0);
     let towards = ray.towards + vec3<f32>(0.0, 0.0, ray.bend * at_m);
-    let middle = before + 0.5 * piece;
+    let kept = cumulus.kept.g;
+    let middle = cumulus_middle(before, piece);
+    // Depth that the piece stands for in its middle.
+    let depth = cumulus_share(kept * piece) * exp(kept * (middle - before)) / kept;
     let path = middle + cumulus_towards_sun(ray, place, middle);
     let stretched = path * (1.0 + CUMULUS_DETOUR * path);
     let table = vec2<f32>(textureDimensions(dressed));
@@ -30,5 +33,5 @@ fn cumulus_piece(ray: CloudRay, angle: f32, at_m: f32, before: f32, piece: f32) 
     let share = cumulus_passes(before) - cumulus_passes(before + piece);
     let mean = vec3<f32>(red.x, green.x, blue.x);
     let flux = vec3<f32>(dot(red.yzw, towards), dot(green.yzw, towards), dot(blue.yzw, towards));
-    return cumulus.irradiance * once * piece + share * cumulus.albedo * max(mean - cumulus.asymmetry * flux, vec3<f32>(0.0));
+    return cumulus.irradiance * once * depth + share * cumulus.albedo * max(mean - cumulus.asymmetry * flux, vec3<f32>(0.0));
 }

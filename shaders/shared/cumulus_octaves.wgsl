@@ -25,7 +25,7 @@ fn octaves_phase(asymmetry: vec3<f32>, away: f32) -> vec3<f32> {
 // A piece of a ray that is shaded as one.
 fn cumulus_piece(ray: CloudRay, angle: f32, at_m: f32, before: f32, piece: f32) -> vec3<f32> {
     let away = cumulus_away(ray.towards);
-    let towards_sun = cumulus_towards_sun(ray, cumulus_place(ray, at_m), before + 0.5 * piece);
+    let towards_sun = cumulus_towards_sun(ray, cumulus_place(ray, at_m), cumulus_middle(before, piece));
     // Of droplets with their forward peak.
     let albedo = cumulus.albedo * cumulus.kept + 1.0 - cumulus.kept;
     let forward = (1.0 - cumulus.kept) / max(albedo, vec3<f32>(1e-12));

@@ -8,6 +8,21 @@ const CUMULUS_PIECES: u32 = 64u;
 // Optical depth, after the forward peak counts as not scattered, beyond which nothing is seen.
 const CUMULUS_OPAQUE: f32 = 6.0;
 
+// Mean depth, in parts of a stretch that lets exp(-x) through, at which its light is scattered: 1/2 in a thin one, 1/x in a deep one.
+fn cumulus_mean_depth(x: f32) -> f32 {
+    return select(1.0 / max(x, 0.3) - 1.0 / (exp(min(x, 80.0)) - 1.0), 0.5 - x / 12.0 + x * x * x / 720.0, x < 0.3);
+}
+
+// Optical depth before the middle of a piece, as it is seen.
+fn cumulus_middle(before: f32, piece: f32) -> f32 {
+    return before + piece * cumulus_mean_depth(cumulus.kept.g * piece);
+}
+
+// 1 - exp(-x), with all digits where x is small.
+fn cumulus_share(x: f32) -> f32 {
+    return select(1.0 - exp(-x), x * (1.0 - x * (0.5 - x * 0.16666667)), x < 0.01);
+}
+
 // Where a place is in the lattice's textures.
 fn cumulus_cube(place: vec3<f32>) -> vec3<f32> {
     let size = vec3<f32>(textureDimensions(sun_depth));
@@ -33,8 +48,10 @@ fn cumulus_seen(ray: CloudRay, near_m: f32, far_m: f32, cone: f32, wide_m: f32, 
         let room = select(1e9, -log(max(1.0 - 1.0 / left, 1e-6)) / cumulus.kept.g, left > 1.0);
         let first = min(rest.x, room);
         let first_m = rest.z * first / max(rest.x, 1e-12);
+        let kept = cumulus.kept.g;
         var piece = first;
-        var moment = first * (rest.y + 0.5 * first_m);
+        // Weighted places and weights.
+        var met = cumulus_share(kept * first) * vec2<f32>(rest.y + first_m * cumulus_mean_depth(kept * first), 1.0);
         rest = vec3<f32>(rest.x - first, rest.y + first_m, rest.z - first_m);
         var whole = rest.x > 0.0;
         loop {
@@ -46,8 +63,9 @@ fn cumulus_seen(ray: CloudRay, near_m: f32, far_m: f32, cone: f32, wide_m: f32, 
                 let taken_m = march.length_m * taken / max(added, 1e-12);
                 // A gap ends a piece: what comes next has another place.
                 whole = piece + taken > 0.0 && (added == 0.0 || taken < added);
+                let middle_m = from_m + taken_m * cumulus_mean_depth(kept * taken);
+                met += exp(-kept * piece) * cumulus_share(kept * taken) * vec2<f32>(middle_m, 1.0);
                 piece += taken;
-                moment += taken * (from_m + 0.5 * taken_m);
                 rest = vec3<f32>(added - taken, from_m + taken_m, march.length_m - taken_m);
                 step++;
             }
@@ -56,7 +74,7 @@ fn cumulus_seen(ray: CloudRay, near_m: f32, far_m: f32, cone: f32, wide_m: f32, 
             }
         }
         if piece > 0.0 {
-            seen.radiance += cumulus_piece(ray, angle, moment / piece, seen.depth, piece);
+            seen.radiance += cumulus_piece(ray, angle, met.x / met.y, seen.depth, piece);
             seen.depth += piece;
         }
         continuing {

@@ -1,10 +1,11 @@
 //! Light of a cumulus layer along a view ray, by the lattice. Twin of `shaders/shared/cumulus_light.wgsl` and
 //! `cumulus_lattice.wgsl`.
 
+use super::march::path_mean_depth;
 use crate::cumulus::dressed::{self, Scattering};
 use crate::cumulus::lattice::{Lattice, Lighting};
 use crate::cumulus::{Ray, Step, Volume};
-use glam::{DVec3, Vec4, dvec3};
+use glam::{DVec2, DVec3, Vec4, dvec2, dvec3};
 use half::f16;
 
 /// Shares of the light that are looked at along a ray, about.
@@ -85,6 +86,18 @@ pub(super) struct Piece {
     pub(super) depth: f64,
 }
 
+/// Part of light that is scattered in so much depth.
+fn scattered(depth: f64) -> f64 {
+    -(-depth).exp_m1()
+}
+
+impl Piece {
+    /// Optical depth before its middle, as it is seen.
+    pub(super) fn middle(&self, lighting: &Lighting) -> f64 {
+        self.before + self.depth * path_mean_depth(lighting.scattering[1].kept * self.depth)
+    }
+}
+
 /// Visits the pieces of a ray, in order; the optical depth of all of them.
 pub(super) fn pieces(
     (volume, lighting): (&Volume, &Lighting),
@@ -94,18 +107,20 @@ pub(super) fn pieces(
     mut shade: impl FnMut(Piece),
 ) -> f64 {
     let (extinction, kept) = (lighting.extinction_per_m[1], lighting.scattering[1].kept);
-    let (mut before, mut pending, mut moment, mut end_m) = (0.0, 0.0, 0.0, 0.0);
-    let mut finish = |before: &mut f64, pending: &mut f64, moment: &mut f64| {
+    let (mut before, mut pending, mut end_m) = (0.0, 0.0, 0.0);
+    // Weighted places and weights.
+    let mut met = DVec2::ZERO;
+    let mut finish = |before: &mut f64, pending: &mut f64, met: &mut DVec2| {
         if *pending > 0.0 {
-            shade(Piece { distance_m: *moment / *pending, before: *before, depth: *pending });
+            shade(Piece { distance_m: met.x / met.y, before: *before, depth: *pending });
         }
         *before += *pending;
-        (*pending, *moment) = (0.0, 0.0);
+        (*pending, *met) = (0.0, DVec2::ZERO);
     };
     volume.march(ray, farthest_m, soft_m, |step: Step| {
         // A gap ends a piece: its light has another place.
         if step.from_m > end_m + 1e-6 {
-            finish(&mut before, &mut pending, &mut moment);
+            finish(&mut before, &mut pending, &mut met);
         }
         end_m = step.to_m;
         let per_metre = extinction * step.density;
@@ -116,16 +131,18 @@ pub(super) fn pieces(
             let room = if share < 1.0 { -(1.0 - share).max(1e-6).ln() / kept - pending } else { f64::INFINITY };
             let depth = per_metre * (step.to_m - from_m);
             let (to_m, whole) = if depth > room { (from_m + room / per_metre, true) } else { (step.to_m, false) };
+            let taken = kept * depth.min(room);
+            let middle_m = from_m + (to_m - from_m) * path_mean_depth(taken);
+            met += (-kept * pending).exp() * scattered(taken) * dvec2(middle_m, 1.0);
             pending += depth.min(room);
-            moment += depth.min(room) * 0.5 * (from_m + to_m);
             from_m = to_m;
             if whole {
-                finish(&mut before, &mut pending, &mut moment);
+                finish(&mut before, &mut pending, &mut met);
             }
         }
         kept * before < OPAQUE
     });
-    finish(&mut before, &mut pending, &mut moment);
+    finish(&mut before, &mut pending, &mut met);
     before
 }
 
@@ -170,7 +187,10 @@ impl CumulusLight<'_> {
         let (mut radiance, mut distance) = (DVec3::ZERO, 0.0);
         let depth = pieces((volume, lighting), ray, farthest_m, soft_m, |piece| {
             let Piece { distance_m, before, depth } = piece;
-            let middle = before + 0.5 * depth;
+            let middle = piece.middle(lighting);
+            // Depth that the piece stands for in its middle.
+            let kept = lighting.scattering[1].kept;
+            let shown = scattered(kept * depth) * (kept * (middle - before)).exp() / kept;
             let sun_depth = towards_sun((volume, lattice, lighting), ray, distance_m, middle);
             let cubes = cubes(lattice, volume.extent_m, ray.at(distance_m));
             let share = passes(lighting, before) - passes(lighting, before + depth);
@@ -182,7 +202,7 @@ impl CumulusLight<'_> {
                 };
                 let [mean, x, y, z] = cubes.into_iter().map(light).sum::<Vec4>().as_dvec4().to_array();
                 let more = mean - 3.0 * asymmetry * dvec3(x, y, z).dot(towards);
-                radiance[c] += lighting.sun[c] * once * depth + share[c] * albedo * more.max(0.0);
+                radiance[c] += lighting.sun[c] * once * shown + share[c] * albedo * more.max(0.0);
             }
             distance += share.y * distance_m;
         });

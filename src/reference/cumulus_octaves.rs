@@ -34,7 +34,7 @@ impl OctavesLight<'_> {
         let (mut radiance, mut distance) = (DVec3::ZERO, 0.0);
         let depth = pieces((volume, lighting), ray, farthest_m, soft_m, |piece| {
             let Piece { distance_m, before, depth } = piece;
-            let sun_depth = towards_sun((volume, lattice, lighting), ray, distance_m, before + 0.5 * depth);
+            let sun_depth = towards_sun((volume, lattice, lighting), ray, distance_m, piece.middle(lighting));
             let (to_sun, to_eye, on) =
                 (colours(lighting, sun_depth), colours(lighting, before), colours(lighting, depth));
             for c in 0..3 {
