@@ -210,7 +210,12 @@ fn constants_of_cumulus() {
         ("CUMULUS_ROUGH_STEP_M", cumulus::ROUGH_STEP_M),
     ];
     let pieces = [("CUMULUS_SHARES", seen::SHARES), ("CUMULUS_OPAQUE", seen::OPAQUE)];
-    let sun_rays = [("CUMULUS_NEAR_SUN", seen::NEAR_SUN), ("CUMULUS_NEAR_SUN_DEPTH", seen::NEAR_SUN_DEPTH)];
+    let sun_rays = [
+        ("CUMULUS_NEAR_SUN", seen::NEAR_SUN),
+        ("CUMULUS_AT_SUN", seen::AT_SUN),
+        ("CUMULUS_NEAR_SUN_DEPTH", seen::NEAR_SUN_DEPTH),
+        ("CUMULUS_AT_SUN_DEPTH", seen::AT_SUN_DEPTH),
+    ];
     let lattice = [
         ("CUMULUS_DETOUR", dressed::DETOUR),
         ("CUMULUS_PATH_SCALE", dressed::PATH_SCALE),

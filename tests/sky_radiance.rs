@@ -93,8 +93,7 @@ fn gaps_within_clouds_draw_no_terraces() {
     let mut scene: Value = serde_json::from_str(include_str!("../config/scenes/day.json")).unwrap();
     scene["sun"] = json!({ "zenith_deg": 25, "azimuth_deg": 180 });
     scene["atmosphere"] = json!({ "sun": [100, 100, 100], "sky": [0, 0, 0] });
-    scene["layers"][0]["thickness"] =
-        json!({ "kind": "stratocumulus", "pattern": "open", "mean_m": 400, "coverage": 0.4, "cell_m": 4000, "seed": 3 });
+    scene["layers"][0]["thickness"] = json!({ "kind": "stratocumulus", "pattern": "open", "mean_m": 400, "coverage": 0.4, "cell_m": 4000, "seed": 3 });
     let size = SIDE.to_string();
     let query = [("projection", "camera"), ("look", "180,31"), ("fov", "6"), ("size", &*size), ("time", "28800")];
     let found = Sky::open().render(&scene, "sky", &query).data;

@@ -12,10 +12,14 @@ use half::f16;
 pub const SHARES: f64 = 8.0;
 /// Optical depth, after the forward peak counts as not scattered, beyond which nothing is seen.
 pub const OPAQUE: f64 = 6.0;
-/// Within this angle of the sun its depth is that of a ray of its own. cos 35 degrees.
+/// From this angle of the sun on its depth is more and more that of a ray of its own: cos 35 degrees.
 pub const NEAR_SUN: f64 = 0.819_152;
-/// As long as the path to the eye is no longer than this.
+/// Within this angle all of it: cos 27 degrees.
+pub const AT_SUN: f64 = 0.891_007;
+/// And from this path to the eye on.
 pub const NEAR_SUN_DEPTH: f64 = 12.0;
+/// See [`AT_SUN`].
+pub const AT_SUN_DEPTH: f64 = 8.0;
 
 /// A cumulus layer with its light.
 #[derive(Debug, Clone, Copy)]
@@ -66,13 +70,19 @@ pub(super) fn towards_sun(
     depth: f64,
 ) -> f64 {
     let (place, extinction) = (ray.at(distance_m), lighting.extinction_per_m[1]);
-    if ray.towards.dot(lighting.towards_sun) > NEAR_SUN && depth < NEAR_SUN_DEPTH {
-        let enough_m = 2.0 * NEAR_SUN_DEPTH / extinction;
-        let ray = Ray { from: place, towards: lighting.towards_sun };
-        return extinction * volume.length_m(ray, 4.0 * volume.extent_m, enough_m, 0.0);
-    }
+    let near = (ray.towards.dot(lighting.towards_sun) - NEAR_SUN) / (AT_SUN - NEAR_SUN);
+    let shallow = (NEAR_SUN_DEPTH - depth) / (NEAR_SUN_DEPTH - AT_SUN_DEPTH);
+    let own = near.clamp(0.0, 1.0) * shallow.clamp(0.0, 1.0);
     let cubes = cubes(lattice, volume.extent_m, place);
-    cubes.into_iter().map(|(cube, weight)| weight * lattice.sun_depth[cube].to_f64()).sum::<f64>().max(0.0)
+    let of_cubes =
+        cubes.into_iter().map(|(cube, weight)| weight * lattice.sun_depth[cube].to_f64()).sum::<f64>().max(0.0);
+    if own <= 0.0 {
+        return of_cubes;
+    }
+    let enough_m = 2.0 * NEAR_SUN_DEPTH / extinction;
+    let sun_ray = Ray { from: place, towards: lighting.towards_sun };
+    let of_ray = extinction * volume.length_m(sun_ray, 4.0 * volume.extent_m, enough_m, 0.0);
+    of_cubes + own * (of_ray - of_cubes)
 }
 
 /// A piece of a ray that is shaded as one.
