@@ -144,7 +144,8 @@ impl Renderer {
     /// Makes a texture.
     ///
     /// # Errors
-    /// See [`RenderError`]; after [`RenderError::DeviceLost`] the renderer is of no more use.
+    /// See [`RenderError`]; after [`RenderError::DeviceLost`], [`RenderError::OutOfMemory`] and [`RenderError::Driver`] the renderer is
+    /// of no more use.
     pub fn render(&mut self, job: &Job, watch: &Watch) -> Result<Texture, RenderError> {
         let request = job.request();
         let illumination = job.illumination();
@@ -217,5 +218,69 @@ fn white(request: &Request, light: &Illumination, data: &[f32], deepest_m: f64) 
             metered_white(request.wanted.channels().len(), data).unwrap_or_else(scene)
         }
         _ => scene(),
+    }
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used, reason = "a test stops where it fails")]
+mod tests {
+    use super::*;
+
+    /// A moving layer and a sky of layers: whatever a renderer keeps has a part in it.
+    fn jobs() -> [Job; 3] {
+        const SCENE: &[u8] = br#"{"domain": {"extent_m": 4000, "resolution": 64}, "layers": [
+            {"thickness": {"kind": "stratocumulus"}, "droplets": {"henyey_greenstein": 0.8, "albedo": 1, "extinction_per_m": 0.02}}]}"#;
+        let (scene, library) = (Arc::new(Scene::from_json(SCENE).unwrap()), TableLibrary::new(None));
+        let job = |kind| {
+            let request = Request::new(kind, Format::F32);
+            Job::prepare(Arc::clone(&scene), request, &Images::new(), &library, &|_| ()).unwrap()
+        };
+        [TextureKind::Cloud, TextureKind::Sky, TextureKind::Shadow].map(job)
+    }
+
+    fn drawn_anew(jobs: &[Job]) -> Vec<Vec<u32>> {
+        let mut renderer = Renderer::new(&RendererOptions::default()).unwrap();
+        let bits = |job| {
+            let texture = renderer.render(job, &Watch::default()).unwrap();
+            texture.data.into_iter().map(f32::to_bits).collect()
+        };
+        jobs.iter().map(bits).collect()
+    }
+
+    #[test]
+    fn memory_that_the_driver_refuses_is_told_and_a_new_device_draws_the_same_bits() {
+        let (jobs, mut renderer) = (jobs(), Renderer::new(&RendererOptions::default()).unwrap());
+        let before = drawn_anew(&jobs);
+        // 256 GiB, by what every device allows.
+        let refused = renderer.pipeline.gpu.device.create_texture(&wgpu::TextureDescriptor {
+            label: Some("too much"),
+            size: wgpu::Extent3d { width: 8192, height: 8192, depth_or_array_layers: 256 },
+            mip_level_count: 1,
+            sample_count: 1,
+            dimension: wgpu::TextureDimension::D2,
+            format: wgpu::TextureFormat::Rgba32Float,
+            usage: wgpu::TextureUsages::TEXTURE_BINDING,
+            view_formats: &[],
+        });
+        let failed = renderer.render(&jobs[0], &Watch::default()).unwrap_err();
+        assert!(matches!(failed, RenderError::OutOfMemory(_)), "{failed}");
+        assert_eq!(failed.fault(), Fault::Machine);
+        drop((refused, renderer));
+        assert_eq!(drawn_anew(&jobs), before);
+    }
+
+    #[test]
+    fn a_lost_device_is_told_whatever_is_asked_of_it_and_a_new_one_draws_the_same_bits() {
+        let (jobs, mut renderer) = (jobs(), Renderer::new(&RendererOptions::default()).unwrap());
+        let before = drawn_anew(&jobs);
+        renderer.render(&jobs[0], &Watch::default()).unwrap();
+        renderer.pipeline.gpu.device.destroy();
+        // What is kept on it is of no use either.
+        for job in jobs.iter().chain(&jobs) {
+            let failed = renderer.render(job, &Watch::default()).unwrap_err();
+            assert!(matches!(failed, RenderError::DeviceLost(_)), "{failed}");
+        }
+        drop(renderer);
+        assert_eq!(drawn_anew(&jobs), before);
     }
 }

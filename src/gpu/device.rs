@@ -37,16 +37,16 @@ pub(crate) struct Gpu {
 #[derive(Default)]
 struct Failure {
     lost: AtomicBool,
-    text: Mutex<Option<String>>,
+    first: Mutex<Option<GpuError>>,
 }
 
 impl Failure {
-    fn note(&self, text: String) {
-        let mut slot = self.text.lock().unwrap_or_else(PoisonError::into_inner);
-        slot.get_or_insert(text);
+    fn note(&self, error: GpuError) {
+        let mut slot = self.first.lock().unwrap_or_else(PoisonError::into_inner);
+        slot.get_or_insert(error);
     }
-    fn take(&self) -> Option<String> {
-        self.text.lock().unwrap_or_else(PoisonError::into_inner).take()
+    fn take(&self) -> Option<GpuError> {
+        self.first.lock().unwrap_or_else(PoisonError::into_inner).take()
     }
 }
 
@@ -74,11 +74,15 @@ impl Gpu {
 
         let failure = Arc::new(Failure::default());
         let noted = Arc::clone(&failure);
-        device.on_uncaptured_error(Arc::new(move |error: wgpu::Error| noted.note(error.to_string())));
+        device.on_uncaptured_error(Arc::new(move |error: wgpu::Error| {
+            let text = error.to_string();
+            let no_memory = matches!(error, wgpu::Error::OutOfMemory { .. });
+            noted.note(if no_memory { GpuError::OutOfMemory(text) } else { GpuError::Failed(text) });
+        }));
         let noted = Arc::clone(&failure);
         device.set_device_lost_callback(move |reason, text| {
             noted.lost.store(true, Ordering::Release);
-            noted.note(format!("{reason:?} {text}"));
+            noted.note(GpuError::Lost(format!("{reason:?} {text}")));
         });
 
         let kernels = Kernels::new(&device, filtering);
@@ -132,11 +136,19 @@ impl Gpu {
 
     /// Fails if the device was lost or an error was noted since the last check.
     pub(crate) fn check(&self) -> Result<(), GpuError> {
-        let text = self.failure.take();
-        if self.failure.lost.load(Ordering::Acquire) {
-            return Err(GpuError::Lost(text.unwrap_or_default()));
+        let first = self.failure.take();
+        if first.is_some() {
+            // That the device is lost is told when it is asked next: what it refused before that follows from it.
+            self.device.poll(wgpu::PollType::Poll).ok();
         }
-        text.map_or(Ok(()), |text| Err(GpuError::Failed(text)))
+        if !self.failure.lost.load(Ordering::Acquire) {
+            return first.map_or(Ok(()), Err);
+        }
+        // What went wrong first says why.
+        Err(match first {
+            Some(error @ GpuError::Lost(_)) => error,
+            other => GpuError::Lost(other.map_or_else(String::new, |error| error.to_string())),
+        })
     }
 
     /// Runs passes one after the other and waits for them. While a recording is kept they are submitted one by one, so that

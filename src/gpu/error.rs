@@ -10,6 +10,9 @@ pub enum GpuError {
     /// The device is gone; make a new one.
     #[error("the graphics device was lost: {0}")]
     Lost(String),
+    /// The driver has no memory for a texture or a buffer; what was made since may be broken, so make a new device.
+    #[error("the graphics device has no memory left: {0}")]
+    OutOfMemory(String),
     /// The work was done after its deadline; the device is fine.
     #[error("the deadline passed")]
     Late,

@@ -7,7 +7,6 @@ use half::f16;
 use std::collections::HashMap;
 use std::sync::OnceLock;
 use std::time::Instant;
-use wgpu::util::DeviceExt as _;
 
 /// A host table: rows of texels of 1, 2 or 4 channels.
 #[derive(Debug, Clone, PartialEq)]
@@ -233,11 +232,28 @@ impl Gpu {
 
     /// A uniform buffer holding one host struct.
     pub(crate) fn uniform(&self, label: &str, value: &impl bytemuck::NoUninit) -> wgpu::Buffer {
-        self.device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
+        self.filled(label, bytemuck::bytes_of(value), wgpu::BufferUsages::UNIFORM)
+    }
+
+    /// A buffer that holds some bytes. They are written and not mapped: to map a buffer that a lost or full device did not give is a panic.
+    fn filled(&self, label: &str, bytes: &[u8], usage: wgpu::BufferUsages) -> wgpu::Buffer {
+        let whole = bytes.len() - bytes.len() % wgpu::COPY_BUFFER_ALIGNMENT as usize;
+        let (begin, end) = bytes.split_at(whole);
+        let buffer = self.device.create_buffer(&wgpu::BufferDescriptor {
             label: Some(label),
-            contents: bytemuck::bytes_of(value),
-            usage: wgpu::BufferUsages::UNIFORM,
-        })
+            size: (bytes.len() as u64).next_multiple_of(wgpu::COPY_BUFFER_ALIGNMENT),
+            usage: usage | wgpu::BufferUsages::COPY_DST,
+            mapped_at_creation: false,
+        });
+        if !begin.is_empty() {
+            self.queue.write_buffer(&buffer, 0, begin);
+        }
+        if !end.is_empty() {
+            let mut padded = [0; wgpu::COPY_BUFFER_ALIGNMENT as usize];
+            padded[..end.len()].copy_from_slice(end);
+            self.queue.write_buffer(&buffer, whole as u64, &padded);
+        }
+        buffer
     }
 
     /// A zeroed storage buffer of `count` floats.
@@ -252,11 +268,7 @@ impl Gpu {
 
     /// A storage buffer that holds the given numbers.
     pub(crate) fn storage_from<T: bytemuck::NoUninit>(&self, label: &str, data: &[T]) -> wgpu::Buffer {
-        self.device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
-            label: Some(label),
-            contents: bytemuck::cast_slice(data),
-            usage: wgpu::BufferUsages::STORAGE,
-        })
+        self.filled(label, bytemuck::cast_slice(data), wgpu::BufferUsages::STORAGE)
     }
 
     /// Copies one mip level to the host.

@@ -66,7 +66,10 @@ pub enum RenderError {
     /// The device is gone: drop the renderer and open a new one.
     #[error("the graphics device was lost: {0}")]
     DeviceLost(String),
-    /// The driver refused or broke something.
+    /// The device has no memory left: what the renderer keeps is to be freed, and may be broken. Drop it and open a new one.
+    #[error("{0}")]
+    OutOfMemory(GpuError),
+    /// The driver refused or broke something, what the renderer keeps perhaps: drop it and open a new one.
     #[error(transparent)]
     Driver(GpuError),
     /// An image that the scene names was not handed over.
@@ -107,7 +110,7 @@ impl RenderError {
     pub fn fault(&self) -> Fault {
         match self {
             Self::Cancelled | Self::Deadline => Fault::Nobody,
-            Self::DeviceLost(_) | Self::Driver(_) => Fault::Machine,
+            Self::DeviceLost(_) | Self::OutOfMemory(_) | Self::Driver(_) => Fault::Machine,
             Self::MissingImage(_) | Self::Invalid(_) => Fault::Caller,
             Self::Tables(_) | Self::Traced(_) | Self::Encode(_) | Self::Defect(_) => Fault::Renderer,
         }
@@ -121,6 +124,7 @@ impl From<GpuError> for RenderError {
             GpuError::Late => Self::Deadline,
             // The device may still be busy with what was given up: a new one is needed.
             GpuError::Timeout => Self::DeviceLost(error.to_string()),
+            GpuError::OutOfMemory(_) => Self::OutOfMemory(error),
             GpuError::NoAdapter(_) | GpuError::Failed(_) => Self::Driver(error),
         }
     }

@@ -42,7 +42,7 @@ pub(super) struct Order {
     pub(super) job: Arc<Job>,
     pub(super) watch: Watch,
     pub(super) reply: oneshot::Sender<Result<Held, Failure>>,
-    /// The job met a lost device once already.
+    /// The job met a device that was lost or full once already.
     pub(super) again: bool,
 }
 

@@ -25,6 +25,8 @@ enum Act {
     Hold(mpsc::Receiver<()>),
     Panic,
     Lose,
+    Starve,
+    Refuse,
     Fail,
 }
 
@@ -56,6 +58,8 @@ impl Render for Fake {
             }
             Act::Panic => panic!("a test"),
             Act::Lose => return Err(RenderError::DeviceLost("a test".into())),
+            Act::Starve => return Err(RenderError::OutOfMemory(GpuError::OutOfMemory("a test".into()))),
+            Act::Refuse => return Err(RenderError::Driver(GpuError::Failed("a test".into()))),
             Act::Fail => return Err(RenderError::Defect("a test")),
         }
         let encode = |file: &mut dyn skyloom::encode::Target| {
@@ -198,6 +202,33 @@ async fn a_device_lost_twice_by_one_render_answers_503_and_goes_on() {
     assert!(lost.headers().contains_key(header::RETRY_AFTER));
     problem(lost, StatusCode::SERVICE_UNAVAILABLE).await;
     assert_eq!(service.get(&format!("{sky}/shadow.f32")).await.status(), StatusCode::OK);
+}
+
+/// With all that the renderer kept freed there may be room.
+#[tokio::test(flavor = "multi_thread")]
+async fn a_device_without_memory_is_opened_anew_and_tried_once_more() {
+    let service = service(vec![Act::Starve, Act::Draw, Act::Starve, Act::Starve], 4, 30);
+    let sky = service.sky().await;
+    assert_eq!(service.get(&format!("{sky}/shadow.f32?time=1")).await.status(), StatusCode::OK);
+    assert_eq!(*lock(&service.made), 2);
+    let refused = service.get(&format!("{sky}/shadow.f32?time=2")).await;
+    assert!(refused.headers().contains_key(header::RETRY_AFTER));
+    let told = problem(refused, StatusCode::SERVICE_UNAVAILABLE).await;
+    assert_eq!(
+        (&told["type"], &told["detail"]),
+        (&json!("/problems/not-ready"), &json!("the graphics device ran out of memory"))
+    );
+    assert_eq!(service.get(&format!("{sky}/shadow.f32?time=3")).await.status(), StatusCode::OK);
+    assert_eq!(*lock(&service.made), 4);
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn what_the_driver_refused_is_kept_by_no_renderer() {
+    let service = service(vec![Act::Refuse], 4, 30);
+    let sky = service.sky().await;
+    problem(service.get(&format!("{sky}/shadow.f32")).await, StatusCode::INTERNAL_SERVER_ERROR).await;
+    assert_eq!(service.get(&format!("{sky}/shadow.f32")).await.status(), StatusCode::OK);
+    assert_eq!(*lock(&service.made), 2);
 }
 
 #[tokio::test(flavor = "multi_thread")]

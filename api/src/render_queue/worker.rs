@@ -193,14 +193,21 @@ impl Worker {
             self.line.done(lane, one.cost, took);
             match rendered {
                 Ok(Ok(picture)) => one.item.answer(Ok(Held { picture, _slot: slot })),
-                Ok(Err(RenderError::DeviceLost(cause))) => {
-                    tracing::error!(cause, "graphics device lost; making a new renderer");
+                Ok(Err(error @ (RenderError::DeviceLost(_) | RenderError::OutOfMemory(_)))) => {
+                    tracing::error!(%error, "making a new renderer");
                     if one.item.again {
-                        one.item.answer(Err(Failure::NotReady("the graphics device was lost".to_owned())));
+                        let is_lost = matches!(error, RenderError::DeviceLost(_));
+                        let what = if is_lost { "was lost" } else { "ran out of memory" };
+                        one.item.answer(Err(Failure::NotReady(format!("the graphics device {what}"))));
                         return Leave::Lost(None);
                     }
                     one.item.again = true;
                     return Leave::Lost(Some(one));
+                }
+                Ok(Err(error @ RenderError::Driver(_))) => {
+                    // What the driver refused may be among what the renderer keeps.
+                    one.item.answer(Err(failure(error)));
+                    return Leave::Lost(None);
                 }
                 Ok(Err(error)) => one.item.answer(Err(failure(error))),
                 Err(_panic) => {
