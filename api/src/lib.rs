@@ -50,6 +50,7 @@ pub mod shelf;
 pub mod single_flight;
 pub mod skies;
 pub mod span;
+pub mod spending;
 pub mod spool;
 pub mod storage;
 pub mod store_health;

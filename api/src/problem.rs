@@ -72,7 +72,7 @@ const LONGEST: [usize; 3] = [1000, 160, 500];
 const MOST: (usize, usize) = (6000, 32);
 
 /// A text, cut to so many characters.
-fn cut(mut text: String, most: usize) -> String {
+pub fn cut(mut text: String, most: usize) -> String {
     if let Some((end, _)) = text.char_indices().nth(most) {
         text.truncate(end);
         text.push('…');

@@ -31,6 +31,7 @@ mod turns;
 mod worker;
 
 pub use core_renderer::core_factory;
+pub(crate) use cost::cost_of;
 use line::{LANES, Lane, Line};
 use order::Order;
 pub(crate) use order::failure;

@@ -27,9 +27,10 @@ use crate::deliver::{Delivery, HasShare};
 use crate::meaning::{Meaning, entity_tag, not_modified};
 use crate::memory_limit;
 use crate::problem::{ApiError, FieldProblem, field_problems};
-use crate::render_queue::{Adapter, Failure, failure};
+use crate::render_queue::{Adapter, Failure, cost_of, failure};
 use crate::replies::{Given, Reply, Stopped};
 use crate::single_flight::raised;
+use crate::spending;
 use crate::table_work;
 use crate::version::{self, Caching};
 
@@ -100,7 +101,12 @@ async fn kept(
     client: &Client,
 ) -> Result<Given, ApiError> {
     let make = |cancelled| make(Arc::clone(app), Arc::clone(scene), request, client.clone(), cancelled);
-    app.replies.get_or_make(tag, request.format().media_type(), client, make).await
+    let given = app.replies.get_or_make(tag, request.format().media_type(), client, make).await;
+    // What fails was asked for all the same.
+    if !given.as_ref().is_ok_and(|given| given.was_kept) {
+        spending::add(cost_of(scene, &request));
+    }
+    given
 }
 
 /// A texture as its bytes, from memory or made.

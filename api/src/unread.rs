@@ -3,12 +3,13 @@
 
 use std::net::IpAddr;
 use std::sync::Arc;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use axum::body::Bytes;
 use axum::http::StatusCode;
 
 use crate::app::App;
+use crate::around;
 use crate::problem;
 
 /// How such an answer begins.
@@ -44,14 +45,16 @@ impl Unread {
 
     /// What is sent in place of an answer, if that is hyper's own.
     pub fn instead(&self, answer: &[u8]) -> Option<Bytes> {
+        let start = Instant::now();
         let status = bare(answer)?;
         let id = self.app.request_id();
         let body = problem::of_unread(status, &id);
         let head = format!(
             "HTTP/1.1 {} {}\r\ncontent-type: application/problem+json\r\ncache-control: no-store\r\n\
-             x-content-type-options: nosniff\r\nx-request-id: {id}\r\nconnection: close\r\ncontent-length: {}\r\n\r\n",
+             x-content-type-options: nosniff\r\nx-request-id: {id}\r\nserver-timing: {}\r\nconnection: close\r\ncontent-length: {}\r\n\r\n",
             status.as_u16(),
             status.canonical_reason().unwrap_or_default(),
+            around::total(start.elapsed()),
             body.len(),
         );
         self.app.metrics.answered("", "none", status.as_u16(), Duration::ZERO);

@@ -350,6 +350,7 @@ fn a_head_that_cannot_be_read_has_its_problem_document() {
         let (head, body) = answer.split_once("\r\n\r\n").unwrap_or_else(|| panic!("{told:?}: {answer:?}"));
         assert!(head.starts_with(&format!("HTTP/1.1 {status} ")), "{told:?}: {head}");
         assert!(head.contains("\r\ncontent-type: application/problem+json\r\n"), "{told:?}: {head}");
+        assert!(head.contains("\r\nserver-timing: total;dur="), "{told:?}: {head}");
         let problem: serde_json::Value = serde_json::from_str(body).unwrap();
         let id = head.split_once("x-request-id: ").unwrap().1.split_once('\r').unwrap().0;
         assert_eq!(problem["status"], status, "{problem}");

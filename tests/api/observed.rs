@@ -132,8 +132,16 @@ fn the_log_in_json_has_the_requests_name_and_a_line_for_every_write() {
     let address = line.trim_end().strip_prefix("listening on ").unwrap();
     let (trace, parent) = ("4bf92f3577b34da6a3ce929d0e0e4736", "00f067aa0ba902b7");
     let posted = ureq::post(format!("{address}/v1/skies")).header("traceparent", format!("00-{trace}-{parent}-01"));
-    let answer = posted.content_type("application/json").send(scene().to_string()).unwrap();
+    let mut answer = posted.content_type("application/json").send(scene().to_string()).unwrap();
     assert_eq!(answer.status(), 201);
+    let sky = answer.body_mut().read_json::<Value>().unwrap()["id"].as_str().unwrap().to_owned();
+    let texture = |query: &str| {
+        let asked = ureq::get(format!("{address}/v1/skies/{sky}/shadow.f32?{query}"));
+        let answer = asked.config().http_status_as_error(false).build().call().unwrap();
+        answer.headers()["x-request-id"].to_str().unwrap().to_owned()
+    };
+    let (made, hit) = (texture("size=8"), texture("size=8"));
+    let wrong = texture(&format!("size=8&api_key=hidden&x={}", "y".repeat(3000)));
     let plain = ureq::get(format!("{address}/v1/limits")).header("traceparent", "00-none").call().unwrap();
     let plain = plain.headers()["x-request-id"].to_str().unwrap().to_owned();
     let id = answer.headers()["x-request-id"].to_str().unwrap().to_owned();
@@ -149,6 +157,13 @@ fn the_log_in_json_has_the_requests_name_and_a_line_for_every_write() {
     );
     assert_eq!((&audit["status"], &audit["level"], &audit["message"]), (&201.into(), &"INFO".into(), &"write".into()));
     assert!(of_request.iter().any(|line| line["message"] == "answered"));
+    // The query, and what a render costs: 8 x 8 texels of a layer and 64 x 64 of its field. What is in memory costs nothing.
+    let line = |id: &str| lines.iter().find(|line| line["id"] == id && line["message"] == "answered").unwrap();
+    assert_eq!((&line(&made)["query"], &line(&made)["cost"]), (&"size=8".into(), &(8 * 8 + 64 * 64).into()));
+    assert_eq!((&line(&hit)["query"], line(&hit).get("cost")), (&"size=8".into(), None));
+    let query = line(&wrong)["query"].as_str().unwrap();
+    assert!(query.starts_with("size=8&api_key=…&x=yyy") && query.chars().count() == 501, "{query}");
+    assert!(line(&plain).get("query").is_none() && line(&plain).get("cost").is_none());
     // All lines of a request that belongs to a trace say so, and no others.
     assert!(of_request.iter().all(|line| line["trace_id"] == trace && line["parent_id"] == parent), "{of_request:?}");
     let others: Vec<_> = lines.iter().filter(|line| line["id"] != id.as_str()).collect();
