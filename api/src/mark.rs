@@ -37,13 +37,23 @@ pub fn of(store: &dyn Store, may_be_made: bool) -> Result<Vec<u8>, StoreError> {
     store.get(KEY)?.ok_or_else(|| missing("it was written, and is gone"))
 }
 
-/// Whether a store has this mark.
+/// Whether what is there is this mark, cut, grown, or with a few other bytes: of two stores' marks, hashes, more than half the bytes differ.
+fn is_damaged(there: &[u8], mark: &[u8]) -> bool {
+    let same = there.iter().zip(mark).filter(|(there, own)| there == own).count();
+    mark.starts_with(there) || there.starts_with(mark) || (there.len() == mark.len() && 4 * same >= 3 * mark.len())
+}
+
+/// Whether a store has this mark. One that is damaged is mended.
 ///
 /// # Errors
 /// When it has another one, or none, or cannot be read.
 pub fn look(store: &dyn Store, mark: &[u8]) -> Result<(), StoreError> {
     match store.get(KEY)? {
         Some(there) if there == mark => Ok(()),
+        Some(there) if is_damaged(&there, mark) => {
+            tracing::warn!("the mark of the store is damaged and is written again");
+            store.put(KEY, mark)
+        }
         Some(_) => Err(missing("it is that of another store: was another disk mounted?")),
         None => Err(missing("it is gone: was the disk of the store unmounted?")),
     }
@@ -75,6 +85,19 @@ mod tests {
         look(&store, &mark).unwrap();
         let other = of(&Folder::new(data.path().join("other")), true).unwrap();
         assert!(look(&store, &other).unwrap_err().to_string().contains("another store"));
+        // A bad disk is no other disk.
+        for bad in [&mark[..0], &mark[..40], &[&mark[..], b"\0"].concat()] {
+            store.put(KEY, bad).unwrap();
+            look(&store, &mark).unwrap();
+            assert_eq!(store.get(KEY).unwrap().unwrap(), mark);
+        }
+        for at in [0, 20, mark.len() - 1] {
+            let mut bad = mark.clone();
+            bad[at] ^= 1;
+            store.put(KEY, &bad).unwrap();
+            look(&store, &mark).unwrap();
+            assert_eq!(store.get(KEY).unwrap().unwrap(), mark);
+        }
         std::fs::remove_dir_all(&place).unwrap();
         assert!(look(&store, &mark).unwrap_err().to_string().contains("unmounted"));
     }

@@ -10,7 +10,7 @@ use crate::images::ramp;
 
 /// Ways in which a file goes bad.
 #[derive(Clone, Copy, Debug)]
-enum Damage {
+pub(crate) enum Damage {
     First,
     Middle,
     Last,
@@ -25,7 +25,7 @@ enum Damage {
 }
 
 impl Damage {
-    const ALL: [Self; 9] = [
+    pub(crate) const ALL: [Self; 9] = [
         Self::First,
         Self::Middle,
         Self::Last,
@@ -37,7 +37,7 @@ impl Damage {
         Self::Gone,
     ];
 
-    fn strike(self, path: &Path, other: &Path) {
+    pub(crate) fn strike(self, path: &Path, other: &Path) {
         let bytes = fs::read(path).unwrap();
         let flipped = |at: usize| {
             let mut bytes = bytes.clone();

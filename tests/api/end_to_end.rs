@@ -10,6 +10,7 @@ mod caching;
 mod command_line;
 mod crowds;
 mod damage;
+mod damaged_jobs;
 mod deploy;
 mod description;
 mod film;

@@ -124,10 +124,18 @@ fn a_finished_texture_outlives_a_restart_and_a_damaged_one_is_made_again() {
     assert_eq!(before.status, 200, "{}", before.text());
     let kept = eventually("the file", || files(&data.path().join("textures")).pop());
     server.kill();
-    for damage in [None, Some(20), Some(60)] {
-        if let Some(at) = damage {
+    // A bit of some byte is another one, or the file ends there.
+    let length = fs::read(&kept).unwrap().len();
+    let flips = [0, 20, 60, length - 1].map(|at| (at, true));
+    let cuts = [0, 1, 30, length / 2, length - 1].map(|at| (at, false));
+    for damage in flips.into_iter().chain(cuts).map(Some).chain([None]) {
+        if let Some((at, is_flipped)) = damage {
             let mut bytes = fs::read(&kept).unwrap();
-            bytes[at] ^= 1;
+            if is_flipped {
+                bytes[at] ^= 1;
+            } else {
+                bytes.truncate(at);
+            }
             fs::write(&kept, bytes).unwrap();
         }
         let server = Server::start(data.path(), &[], &[]);

@@ -46,6 +46,8 @@ pub struct FrameFolder {
     /// What its frames are made by.
     definition: String,
     claims: Claims,
+    /// Moments of frames that were damaged when the folder was opened.
+    pub lost: Vec<i64>,
     /// When the folder was looked at last.
     looked: Mutex<Instant>,
     frames: Mutex<Frames>,
@@ -85,7 +87,8 @@ impl FrameFolder {
         let (frames, is_closed, published) = (Mutex::default(), Mutex::default(), Mutex::default());
         let claims = Claims::new(Arc::clone(&store), folder.clone());
         let (job, definition, looked) = (job.to_owned(), definition.to_owned(), Mutex::new(Instant::now()));
-        let own = Self { store, folder, job, definition, claims, looked, frames, is_closed, published };
+        let lost = Vec::new();
+        let mut own = Self { store, folder, job, definition, claims, lost, looked, frames, is_closed, published };
         let entries = own.store.list(&own.folder)?;
         let now = SystemTime::now();
         let claimed = |entry: &Entry| match read_name(&entry.name)? {
@@ -100,11 +103,12 @@ impl FrameFolder {
         for at in moments {
             let record = record_name(at);
             let text = if names.contains(&record) { own.store.get(&own.key(&record))? } else { None };
-            let frame = text.as_deref().map(serde_json::from_slice::<Frame>);
-            if matches!(frame, Some(Err(_))) {
+            let frame = text.map(|text| Frame::read(at, &text));
+            if matches!(frame, Some(None)) {
                 tracing::warn!(job = own.job, record, "the record of a frame is damaged, and the frame is dropped");
+                own.lost.push(at);
             }
-            let frame = frame.and_then(Result::ok).filter(|frame| frame.definition == own.definition);
+            let frame = frame.flatten().filter(|frame| frame.definition == own.definition);
             // A listing is no moment: a file may have been written in the midst of it, and its record after that.
             let is_there = |file: &String| {
                 let name = file_name(at, file);
@@ -117,6 +121,9 @@ impl FrameFolder {
                 }
                 if all {
                     frames.insert(at, frame);
+                } else {
+                    tracing::warn!(job = own.job, record, "a file of a frame is gone, and the frame is dropped");
+                    own.lost.push(at);
                 }
             }
         }
@@ -160,7 +167,7 @@ impl FrameFolder {
         let new: Vec<i64> = records.into_iter().filter(|at| !self.has(*at)).collect();
         for at in new {
             let text = self.store.get(&self.key(&record_name(at)))?;
-            let frame = text.and_then(|text| serde_json::from_slice::<Frame>(&text).ok());
+            let frame = text.and_then(|text| Frame::read(at, &text));
             if let Some(frame) = frame.filter(|frame| frame.definition == self.definition) {
                 lock(&self.frames).insert(at, frame);
             }
@@ -218,8 +225,7 @@ impl FrameFolder {
             hashes.insert(file.clone(), File { sha256: sha256_hex(bytes), bytes: bytes.len() as u64 });
         }
         let frame = Frame { time, definition: definition.to_owned(), version: skyloom::VERSION.clone(), files: hashes };
-        let record = serde_json::to_string(&frame).unwrap_or_default();
-        self.store.put(&self.key(&record_name(at_ms)), record.as_bytes())?;
+        self.store.put(&self.key(&record_name(at_ms)), frame.record(at_ms).as_bytes())?;
         lock(&self.frames).insert(at_ms, frame);
         Ok(())
     }

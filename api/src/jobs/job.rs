@@ -74,7 +74,10 @@ pub enum Step {
 impl Job {
     /// A job over its folder.
     pub fn new(spec: Spec, frames: FrameFolder, is_set: bool) -> Self {
-        Self { spec, frames, is_set, changed: Notify::new(), progress: Mutex::default() }
+        let is_due = |at: &i64| spec.schedule.at_or_before(*at) == Some(*at);
+        let lost = frames.lost.iter().copied().filter(is_due).collect();
+        let progress = Mutex::new(Progress { lost, ..Progress::default() });
+        Self { spec, frames, is_set, changed: Notify::new(), progress }
     }
 
     fn lock(&self) -> MutexGuard<'_, Progress> {

@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
+use skyloom::image::sha256_hex;
 
 use crate::clock;
 
@@ -26,6 +27,30 @@ pub struct Frame {
     pub version: String,
     /// Its files by `{name}.{format}`.
     pub files: BTreeMap<String, File>,
+}
+
+/// How a record begins: the hash of what follows it, and of its moment. Those of earlier servers have none.
+const SEAL: &str = "{\"sha256\":\"";
+
+fn seal(at_ms: i64, text: &str) -> String {
+    sha256_hex(format!("{} {text}", clock::stamp(at_ms)).as_bytes())
+}
+
+impl Frame {
+    /// The text of the record of this frame, which no damaged one and none of another moment passes for.
+    pub fn record(&self, at_ms: i64) -> String {
+        let text = serde_json::to_string(self).unwrap_or_default();
+        format!("{SEAL}{}\",{}", seal(at_ms, &text), text.trim_start_matches('{'))
+    }
+
+    /// The frame of a record, if it is that of this moment and whole.
+    pub fn read(at_ms: i64, record: &[u8]) -> Option<Self> {
+        let text = std::str::from_utf8(record).ok()?;
+        let Some(sealed) = text.strip_prefix(SEAL) else { return serde_json::from_str(text).ok() };
+        let (hash, rest) = sealed.split_once("\",")?;
+        let text = format!("{{{rest}");
+        if hash == seal(at_ms, &text) { serde_json::from_str(&text).ok() } else { None }
+    }
 }
 
 /// What a name in the folder says.
@@ -70,6 +95,29 @@ pub fn read_name(name: &str) -> Option<(i64, Name)> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn no_flipped_bit_of_a_record_changes_what_it_says() {
+        let at = clock::DEFAULT_START_MS;
+        let files = BTreeMap::from([("sky.exr".to_owned(), File { sha256: "00".repeat(32), bytes: 1234 })]);
+        let frame = Frame { time: 0.1 + 0.2, definition: "d".to_owned(), version: "0.2.0".to_owned(), files };
+        let record = frame.record(at).into_bytes();
+        assert_eq!(Frame::read(at, &record), Some(frame.clone()));
+        assert_eq!(Frame::read(at + 1000, &record), None, "it is that of another moment");
+        for bit in 0..8 * record.len() {
+            let mut bad = record.clone();
+            bad[bit / 8] ^= 1 << (bit % 8);
+            // Of the seal's own name nothing depends.
+            let read = Frame::read(at, &bad);
+            assert!(read.is_none() || read.as_ref() == Some(&frame), "bit {bit}: {read:?}");
+        }
+        for length in 0..record.len() {
+            assert_eq!(Frame::read(at, &record[..length]), None, "cut to {length} bytes");
+        }
+        // Of a server before.
+        let plain = serde_json::to_vec(&frame).unwrap_or_default();
+        assert_eq!(Frame::read(at, &plain), Some(frame));
+    }
 
     #[test]
     fn names_are_read_as_they_are_written() {

@@ -126,7 +126,7 @@ impl There<'_> {
             let is_claimed = self.names.iter().any(|name| name.starts_with(claims));
             return Ok((!is_claimed).then(|| "stray: of a frame that was not finished".to_owned()));
         }
-        let read = text(&record)?.map(|text| serde_json::from_slice::<Frame>(&text).ok());
+        let read = text(&record)?.map(|text| Frame::read(at, &text));
         // A frame without a record that can be read has one finding, and its files go with it.
         let Some(Some(frame)) = read else {
             let is_damaged = read.is_some() && own == Name::Record;
