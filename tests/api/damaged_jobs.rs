@@ -98,6 +98,10 @@ impl Frames {
             assert!(texture(server, frame).body == *body, "{frame}");
             assert!(fs::read(self.file(number)).unwrap() == *body, "{frame}");
         }
+    }
+
+    /// The documents in the folder are what is told.
+    fn documents_come_back(&self, server: &Server) {
         for document in ["manifest.json", "latest.json"] {
             eventually("the documents", || {
                 let file = fs::read(self.folder.join(document)).ok()?;
@@ -113,27 +117,25 @@ fn frames_of_a_job_whose_records_or_textures_are_damaged_are_made_again() {
     let server = Server::start(data.path(), &[], &[]);
     server.is_ready();
     let frames = Frames::made(&server, data.path());
-    let expect = |server: &Server| {
-        for text in [
-            "the record of a frame is damaged, and the frame is dropped",
-            "a file of a frame is gone, and the frame is dropped",
-            "a file of a frame is damaged or gone",
-            "a folder stands in the place of a file",
-        ] {
-            server.expect_in_log(text);
-        }
-    };
+    let (record, gone) = (
+        "the record of a frame is damaged, and the frame is dropped",
+        "a file of a frame is gone, and the frame is dropped",
+    );
+    let (read, folder) = ("a file of a frame is damaged or gone", "a folder stands in the place of a file");
     // While the server runs, and knows what its records said.
-    expect(&server);
+    server.expect_in_log(read);
+    server.expect_in_log(folder);
     frames.strike(Damage::Middle);
     frames.nothing_wrong(&server);
+    frames.comes_back(&server);
     server.kill();
-    // Whatever is left of that is noticed, and mended, when it is opened again.
+    // The records are noticed, and mended, when they are read again, and the documents are written again.
     let server = Server::start(data.path(), &[], &[]);
-    expect(&server);
+    server.expect_in_log(record);
     server.is_ready();
     frames.nothing_wrong(&server);
     frames.comes_back(&server);
+    frames.documents_come_back(&server);
     server.kill();
     // While no server runs, with claims of frames that are not there besides: of what was no claim of ours, and of nobody.
     frames.strike(Damage::Cut);
@@ -143,15 +145,20 @@ fn frames_of_a_job_whose_records_or_textures_are_damaged_are_made_again() {
             .unwrap();
     }
     let server = Server::start(data.path(), &[], &[]);
-    expect(&server);
+    [record, gone, read, folder].iter().for_each(|text| server.expect_in_log(text));
     server.is_ready();
     frames.nothing_wrong(&server);
     frames.comes_back(&server);
+    frames.documents_come_back(&server);
     server.kill();
     let checked = program().args(["store", "check", "--data"]).arg(data.path()).output().unwrap();
     let words = String::from_utf8_lossy(&checked.stdout).into_owned();
     // What stood in the place of files is somebody else's, and is kept under another name.
-    assert!(checked.status.code() == Some(0), "{words}");
+    let (last, found) = words.trim_end().rsplit_once('\n').map_or((words.as_str(), ""), |(found, last)| (last, found));
+    assert!(
+        last.contains("4 damaged or stray") && found.lines().all(|line| line.contains(".set-aside/own: stray")),
+        "{words}"
+    );
 }
 
 #[test]
@@ -159,7 +166,10 @@ fn a_damaged_mark_of_the_store_is_mended_and_another_one_is_told() {
     let data = tempfile::tempdir().unwrap();
     let other = tempfile::tempdir().unwrap();
     Server::start(other.path(), &[], &[]).kill();
-    let server = Server::start(data.path(), &[], &[]);
+    Server::start(data.path(), &[], &[]).kill();
+    let settings = other.path().join("settings.toml");
+    fs::write(&settings, "[store]\ncreate = false\n").unwrap();
+    let server = Server::start(data.path(), &["--config", settings.to_str().unwrap()], &[]);
     server.is_ready();
     server.expect_in_log("the mark of the store is damaged and is written again");
     server.expect_in_log("the store cannot be written");
