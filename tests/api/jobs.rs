@@ -6,8 +6,10 @@ use std::process::Command;
 use std::time::Duration;
 
 use serde_json::{Value, json};
+use skyloom::image::sha256_hex;
 
 use crate::harness::{Server, eventually, kills, program, scene};
+use crate::images::ramp;
 
 fn job(change: &Value) -> Value {
     let mut job = json!({
@@ -30,20 +32,25 @@ fn sha256(path: &Path) -> String {
     String::from_utf8(told.stdout).unwrap().split_whitespace().next().unwrap_or_default().to_owned()
 }
 
-/// Everything in a job's folder is whole: both documents, and every file that they name, unless it was dropped meanwhile for its age.
-fn is_whole(folder: &Path) -> usize {
+/// Everything in a job's folder is whole: both documents, and every file that they name. Of a frame that is being dropped for its age, that
+/// is beyond the newest so many, files may be gone; its record goes before them. Gives the number of frames and the time of the latest, s.
+fn is_whole(folder: &Path, keep: usize) -> (usize, f64) {
     let read = |name: &str| -> Value { serde_json::from_slice(&fs::read(folder.join(name)).unwrap()).unwrap() };
     let (latest, manifest) = (read("latest.json"), read("manifest.json"));
     let frames = manifest["frames"].as_array().unwrap();
-    for frame in frames.iter().chain([&latest]) {
+    let record = |file: &str| folder.join(format!("{}.json", file.split_once('-').unwrap().0));
+    for (newer, frame) in frames.iter().rev().enumerate().chain([(0, &latest)]) {
         for file in frame["textures"].as_object().unwrap().values() {
-            let path = folder.join(file["file"].as_str().unwrap());
-            if path.is_file() {
-                assert_eq!(sha256(&path), file["sha256"].as_str().unwrap(), "{}", path.display());
+            let name = file["file"].as_str().unwrap();
+            let path = folder.join(name);
+            if newer >= keep && !record(name).exists() {
+                continue;
             }
+            assert!(path.is_file(), "{} is lost, with {newer} newer ones", path.display());
+            assert_eq!(sha256(&path), file["sha256"].as_str().unwrap(), "{}", path.display());
         }
     }
-    frames.len()
+    (frames.len(), latest["time"].as_f64().unwrap())
 }
 
 #[test]
@@ -97,6 +104,39 @@ fn a_job_is_one_call_and_its_frames_are_read_with_strong_tags() {
     assert_eq!(fs::read_dir(data.path().join("jobs/roof")).unwrap().count(), 0);
 }
 
+/// One call for the sky over a place, every minute from now on: its frames have the sun of their moments.
+#[test]
+fn a_job_of_a_sky_over_a_place_has_the_sun_of_the_moment() {
+    let data = tempfile::tempdir().unwrap();
+    let server = Server::start(data.path(), &[], &[]);
+    server.is_ready();
+    let mut own = scene();
+    own["sun"] = json!({ "latitude_deg": 52.5, "longitude_deg": 13.4, "utc": "2026-06-21T10:00:00Z" });
+    own["atmosphere"] = json!({ "aerosol": { "optical_depth": 0.1 } });
+    own["layers"] = json!([]);
+    let given = json!({ "name": "roof", "scene": own, "every": "1s", "keep": 3,
+        "textures": [{ "texture": "sky", "format": "f32", "query": { "size": 8, "tolerance": 0.3 } }] });
+    let answer = post(&server, &given);
+    assert_eq!(answer.status, 201, "{}", answer.text());
+    assert_eq!(answer.json()["start"], "2026-06-21T10:00:00Z", "the scene's own time");
+    let latest = eventually("a frame", || {
+        let latest = server.get("/v1/jobs/roof/latest.json");
+        (latest.status == 200).then_some(latest)
+    });
+    let latest = latest.json();
+    let frame = server.get(&format!("/v1/jobs/roof/{}", latest["textures"]["sky.f32"]["href"].as_str().unwrap()));
+    assert_eq!(
+        (frame.status, sha256_hex(&frame.body)),
+        (200, latest["textures"]["sky.f32"]["sha256"].as_str().unwrap().to_owned())
+    );
+    // It is the texture of that moment, and the sun's place is that of its instant.
+    let (sky, time) = (server.sky(&own), latest["time"].as_f64().unwrap());
+    let moment = server.get(&format!("{sky}/sky.f32?size=8&tolerance=0.3&time={time}"));
+    assert!(moment.body == frame.body, "{}", moment.text());
+    let sun = server.get(&format!("{sky}/sun.json?time={time}")).json();
+    assert_eq!(sun["utc"], latest["at"], "{sun}");
+}
+
 #[test]
 fn wrong_jobs_are_refused_by_field() {
     let data = tempfile::tempdir().unwrap();
@@ -123,20 +163,33 @@ fn wrong_jobs_are_refused_by_field() {
 fn a_kill_in_the_middle_leaves_nothing_half_written_and_the_job_goes_on() {
     let data = tempfile::tempdir().unwrap();
     let folder = data.path().join("jobs/roof");
-    let mut most = 0;
+    let (mut most, mut seen) = (0, 0.0);
+    // Of the newest frame, as readers of the folder and callers see it.
+    let latest = |server: &Server| {
+        let file: Value = serde_json::from_slice(&fs::read(folder.join("latest.json")).unwrap()).unwrap();
+        let told = server.get("/v1/jobs/roof/latest.json").json();
+        [file, told].map(|latest| latest["time"].as_f64().unwrap())
+    };
     for round in 0..u64::from(kills(8)) {
         let server = Server::start(data.path(), &[], &[]);
         server.is_ready();
         if round == 0 {
             assert_eq!(post(&server, &job(&json!({ "every": 0.1, "keep": 40, "catch_up": 10 }))).status, 201);
+        } else {
+            let now = latest(&server);
+            assert!(now.iter().all(|time| *time >= seen), "the latest frame was of {seen} s, and is of {now:?} s");
         }
         eventually("frames", || {
             let told = server.get("/v1/jobs/roof").json();
             (told["frames"]["made"].as_u64() > Some(5)).then_some(())
         });
         std::thread::sleep(Duration::from_millis(7 + 13 * round % 97));
+        let [file, told] = latest(&server);
         server.kill();
-        most = most.max(is_whole(&folder));
+        let (frames, left) = is_whole(&folder, 40);
+        // A document follows its frame: what callers were told last is there when the server is.
+        assert!(left >= file, "latest.json was of {file} s, and is of {left} s");
+        (most, seen) = (most.max(frames), told.max(left));
     }
     assert!(most >= 15, "{most} frames: those of earlier rounds are kept");
 }
@@ -191,7 +244,7 @@ fn a_script_makes_the_same_frames_and_goes_on_where_it_was_stopped() {
     let count = |word: &str| told.split(word).next().unwrap().rsplit(' ').next().unwrap().parse::<usize>();
     let (made, there) = (count(" frames made").unwrap(), count(" were there").unwrap());
     assert!(made + there == 360 && there >= 9, "{told}");
-    assert_eq!(is_whole(&folder), 360);
+    assert_eq!(is_whole(&folder, 360).0, 360);
     // One is damaged, one is gone: these alone are made again, to the same bytes.
     let (first, second) = (folder.join("20260621t120100z-shadow.f32"), folder.join("20260621t175900z-shadow.f32"));
     let good = fs::read(&first).unwrap();
@@ -235,6 +288,10 @@ fn what_is_kept_is_listed_in_pages() {
     }
     assert_eq!(seen, ids);
     assert_eq!(server.get("/v1/images").json(), json!({ "images": [], "count": 0, "next": null }));
+    let image = ramp(19);
+    let sha256 = server.post_image("image/png", &image).json()["sha256"].clone();
+    let listed = json!({ "images": [{ "sha256": sha256, "bytes": image.len() }], "count": 1, "next": null });
+    assert_eq!(server.get("/v1/images").json(), listed);
     for (path, name) in [("limit=0", "limit"), ("limit=1&limit=2", "limit"), ("page=2", "page")] {
         server.get(&format!("/v1/skies?{path}")).names(422, name);
     }
