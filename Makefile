@@ -13,8 +13,8 @@ FLAGS := --release --locked
 help:
 	@echo "make run       start the server with its viewer on http://$(LISTEN) (LISTEN=ADDR:PORT for another place)"
 	@echo "make test      format check, lints as errors, every test"
-	@echo "make attack    call everything that docs/openapi.json has, thousands of times (with schemathesis too, where it is installed); kill servers fifty times"
-	@echo "make load      64 clients for a minute, and for another one beside large textures and new droplets (three minutes)"
+	@echo "make attack    call everything that docs/openapi.json has, thousands of times (with schemathesis too, which is installed for it); kill servers fifty times"
+	@echo "make load      64 clients for a minute, and for another one beside large textures and new droplets; then crowds that wait for nothing (five minutes)"
 	@echo "make rates     cached replies a second beside nginx's for the same files (installs nginx and wrk; two minutes of an idle machine)"
 	@echo "make replicas  three servers on an S3 bucket behind nginx, one of them killed (installs nginx, builds an S3 server; some minutes)"
 	@echo "make ktx2      textures of KTX2 through Khronos' own reader and validator (builds them; a minute)"
@@ -51,6 +51,7 @@ attack: driver
 
 load: driver
 	SKYLOOM_LOAD_S=60 $(CARGO) test $(FLAGS) --workspace --test api -- load:: --nocapture
+	SKYLOOM_LOAD_S=60 $(CARGO) test $(FLAGS) --workspace --test api -- crowds:: --nocapture --test-threads 1
 
 rates: driver
 	$(CARGO) build $(FLAGS)

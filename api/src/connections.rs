@@ -14,11 +14,11 @@ use tokio::sync::Notify;
 
 use crate::config::Server;
 
-/// A connection that is waited for gives way to a new one from here on.
-const GIVES_WAY: Duration = Duration::from_secs(1);
+/// A connection that is waited for gives way to a new one from here on: so whoever comes is answered within a second, whatever a crowd does.
+const GIVES_WAY: Duration = Duration::from_millis(500);
 
 /// How often somebody who waits for a place looks for one.
-const GLANCE: Duration = Duration::from_millis(250);
+const GLANCE: Duration = Duration::from_millis(100);
 
 /// What a connection does.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
