@@ -17,7 +17,7 @@ use std::sync::{Arc, Mutex, Once};
 use std::time::{Duration, Instant};
 
 use schema_tools::{Random, fault};
-use serde_json::Value;
+use serde_json::{Value, json};
 use skyloom::image::{ImageLimits, decode};
 use skyloom::memory::Memory;
 use skyloom::plan::Plan;
@@ -179,6 +179,21 @@ const RENDER_TEXELS: u64 = 16;
 /// Tables that take longer, and renders, are given up.
 const RENDER_PATIENCE: Duration = Duration::from_secs(3);
 
+/// A scene that is quickly drawn: most are of droplets and air without tables, which take seconds.
+fn made_light(mut scene: Value, random: &mut Random) -> Value {
+    let texels = scene["domain"]["resolution"].as_u64().unwrap();
+    scene["domain"]["resolution"] = texels.min(RENDER_TEXELS).into();
+    for layer in scene["layers"].as_array_mut().unwrap() {
+        if layer["droplets"].get("effective_radius_um").is_some() && !random.once_in(16) {
+            layer["droplets"] = json!({ "henyey_greenstein": 0.85, "albedo": 1, "extinction_per_m": 0.05 });
+        }
+    }
+    if scene["atmosphere"].get("sky").is_none() && !random.once_in(4) {
+        scene["atmosphere"] = json!({ "sun": [98, 94, 87], "sky": [2.6, 3.8, 6.2] });
+    }
+    scene
+}
+
 /// The end of tables in the making, from within.
 struct GivenUp;
 
@@ -223,9 +238,11 @@ fn renders() {
     let (start, mut counts, mut wrong) = (Instant::now(), [0; 3], Vec::new());
     while start.elapsed() < render_time() && wrong.len() < 10 {
         let Ok(scene) = Scene::from_json(&made(&mut random)) else { continue };
-        let mut normal = scene.to_json();
-        let texels = normal["domain"]["resolution"].as_u64().unwrap();
-        normal["domain"]["resolution"] = texels.min(RENDER_TEXELS).into();
+        // Most have clouds.
+        if scene.layer_count() == 0 && !random.once_in(8) {
+            continue;
+        }
+        let normal = made_light(scene.to_json(), &mut random);
         let Ok(scene) = Scene::from_json(normal.to_string().as_bytes()) else { continue };
         let scene = Arc::new(scene);
         if !scene.image_references().is_empty() {
