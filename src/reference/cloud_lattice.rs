@@ -171,7 +171,8 @@ fn samples(frame: &Frame, light: &LatticeLight, ray: &ViewRay, way: &Way<'_>) ->
     let mut parts = vec![[Part::default(); 2]; ends.len()];
     let mut beyond = vec![0; ends.len()];
     let (mut near, mut before, mut last_m) = (way.map(way.parts[0]), 0.0, 0.0);
-    for &[from, to] in way.parts.array_windows() {
+    for step in way.parts.windows(2) {
+        let &[from, to] = step else { continue };
         let far = way.map(to);
         let (low, high) = if ray.from_above { (far, near) } else { (near, far) };
         near = far;
