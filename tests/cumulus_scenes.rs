@@ -221,7 +221,6 @@ fn light_of_clouds_has_no_lines() {
             (above - 2.0 * here + below).abs() / here
         });
         let most = bent.fold(0.0, f64::max);
-        println!("{look}: {most:.4}");
         assert!(most < 0.05, "{look}: {most}");
     }
 }
