@@ -91,3 +91,31 @@ fn the_files_of_replicas_agree() {
     let patience = values(&compose, "stop_grace_period")[0].trim_end_matches('s').parse::<i64>().unwrap();
     assert!(patience > whole, "{patience} s to finish, and {whole} s are allowed");
 }
+
+/// On a bucket the same replicas have the same settings but for the store; the bucket's server has the port, the bucket and the keys that they ask for, and
+/// is the program that replicas are tested with.
+#[test]
+fn replicas_on_a_bucket_are_the_same() {
+    let [compose, container, folder_compose] = ["compose.s3.yaml", "Containerfile.s3", "compose.yaml"]
+        .map(|name| std::fs::read_to_string(file(name)).unwrap());
+    let [mut bucket, folder] = ["skyloom.s3.toml", "skyloom.toml"]
+        .map(|name| std::fs::read_to_string(file(name)).unwrap().parse::<toml::Table>().unwrap());
+    let store = bucket.remove("store").unwrap();
+    assert!(bucket["server"].as_table_mut().unwrap().remove("spool").is_some());
+    assert_eq!(bucket, folder);
+    let replicas =
+        |text: &str| text.lines().filter(|line| line.ends_with(": *replica")).map(str::to_owned).collect::<Vec<_>>();
+    assert_eq!(replicas(&compose), replicas(&folder_compose));
+    let name = store["url"].as_str().unwrap().strip_prefix("s3://").unwrap().split('/').next().unwrap();
+    assert!(container.contains(&format!("/var/lib/s3/{name}\n")));
+    let [port] = values(&container, "EXPOSE")[..] else { panic!("one port") };
+    assert_eq!(values(&compose, "AWS_ENDPOINT"), [format!("http://bucket:{port}")]);
+    let [key, secret] = ["AWS_ACCESS_KEY_ID", "AWS_SECRET_ACCESS_KEY"].map(|name| values(&compose, name)[0]);
+    let command = format!(
+        r#"["--host", "0.0.0.0", "--port", "{port}", "--access-key", "{key}", "--secret-key", "{secret}", "/var/lib/s3"]"#
+    );
+    assert_eq!(values(&compose, "command"), [command]);
+    let tested = std::fs::read_to_string(file("../.ci/replicas")).unwrap();
+    let version = |text: &str| text.split("s3s-fs --version ").nth(1).unwrap().split(' ').next().unwrap().to_owned();
+    assert_eq!(version(&container), version(&tested));
+}
