@@ -1,5 +1,5 @@
-//! Turns at the device: between two submissions of a job its renderer waits while another one is at a job that costs less, so that one band of
-//! work is on the device at a time, and who asks for little waits for a band of who asked for much, not for its whole.
+//! Turns at the device: between two submissions of a job its renderer waits while another one is at a job that costs half of it or less. So who asks for
+//! little waits for a band of who asked for much, not for its whole; jobs that cost alike share the device.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
