@@ -48,7 +48,7 @@ fn errors(sky: &mut Sky, number: usize, sun_deg: f64, transport: Option<&str>) -
 }
 
 /// The aim for broken cloud from below was 13 %; of means, 5 %. A high sun misses it by 2 % and 0.3 %: through holes and rims finer than the lattice's
-/// cubes comes light that the cubes hold back or spread (fields with half of that relief: 10.8 and 3.1 %).
+/// cubes comes light that the cubes hold back or spread (fields with less of that relief: 10.8 and 3.1 %).
 #[test]
 fn broken_clouds_are_those_of_monte_carlo() {
     let mut sky = Sky::open();

@@ -23,7 +23,7 @@ fn cumulus_piece(ray: CloudRay, angle: f32, at_m: f32, before: f32, piece: f32) 
     let kept = cumulus.kept.g;
     let middle = cumulus_middle(before, piece);
     // Depth that the piece stands for in its middle.
-    let depth = cumulus_share(kept * piece) * exp(kept * (middle - before)) / kept;
+    let depth = cumulus_alpha(kept * piece) * exp(kept * (middle - before)) / kept;
     let path = middle + cumulus_towards_sun(ray, place, middle);
     let stretched = path * (1.0 + CUMULUS_DETOUR * path);
     let table = vec2<f32>(textureDimensions(dressed));

@@ -18,11 +18,6 @@ fn cumulus_middle(before: f32, piece: f32) -> f32 {
     return before + piece * cumulus_mean_depth(cumulus.kept.g * piece);
 }
 
-// 1 - exp(-x), with all digits where x is small.
-fn cumulus_share(x: f32) -> f32 {
-    return select(1.0 - exp(-x), x * (1.0 - x * (0.5 - x * 0.16666667)), x < 0.01);
-}
-
 // Where a place is in the lattice's textures.
 fn cumulus_cube(place: vec3<f32>) -> vec3<f32> {
     let size = vec3<f32>(textureDimensions(sun_depth));
@@ -51,7 +46,7 @@ fn cumulus_seen(ray: CloudRay, near_m: f32, far_m: f32, cone: f32, wide_m: f32, 
         let kept = cumulus.kept.g;
         var piece = first;
         // Weighted places and weights.
-        var met = cumulus_share(kept * first) * vec2<f32>(rest.y + first_m * cumulus_mean_depth(kept * first), 1.0);
+        var met = cumulus_alpha(kept * first) * vec2<f32>(rest.y + first_m * cumulus_mean_depth(kept * first), 1.0);
         rest = vec3<f32>(rest.x - first, rest.y + first_m, rest.z - first_m);
         var whole = rest.x > 0.0;
         loop {
@@ -64,7 +59,7 @@ fn cumulus_seen(ray: CloudRay, near_m: f32, far_m: f32, cone: f32, wide_m: f32, 
                 // A gap ends a piece: what comes next has another place.
                 whole = piece + taken > 0.0 && (added == 0.0 || taken < added);
                 let middle_m = from_m + taken_m * cumulus_mean_depth(kept * taken);
-                met += exp(-kept * piece) * cumulus_share(kept * taken) * vec2<f32>(middle_m, 1.0);
+                met += exp(-kept * piece) * cumulus_alpha(kept * taken) * vec2<f32>(middle_m, 1.0);
                 piece += taken;
                 rest = vec3<f32>(added - taken, from_m + taken_m, march.length_m - taken_m);
                 step++;
@@ -73,7 +68,8 @@ fn cumulus_seen(ray: CloudRay, near_m: f32, far_m: f32, cone: f32, wide_m: f32, 
                 break if whole || step >= CUMULUS_VIEW_STEPS || march.at_m >= far_m;
             }
         }
-        if piece > 0.0 {
+        // The least piece may have no weight in single precision.
+        if met.y > 0.0 {
             seen.radiance += cumulus_piece(ray, angle, met.x / met.y, seen.depth, piece);
             seen.depth += piece;
         }
