@@ -8,6 +8,7 @@ mod cells;
 mod coarse;
 mod coverage;
 pub mod dressed;
+mod grown;
 mod hash;
 mod highest;
 mod index;

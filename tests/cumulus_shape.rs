@@ -5,7 +5,7 @@
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 use serde_json::{Value, json};
-use skyloom::cumulus::{Body, Sphere, body, drift_m};
+use skyloom::cumulus::{Body, Sphere, body, drift_m, highest_m};
 use skyloom::scene::{Cumulus, Scene};
 use std::time::{Duration, Instant};
 
@@ -230,5 +230,89 @@ fn the_kept_scenes_of_cumulus_have_clouds() {
         assert_eq!(scene.notes(), [], "{name}");
         let found = body(scene.cumulus().unwrap(), scene.extent_m(), 40.0, 0.0);
         assert!(found.spheres.len() > spheres, "{name}: {}", found.spheres.len());
+    }
+}
+
+/// Six roots of a tower, moved to the east.
+fn roots(east_m: f64) -> Value {
+    let roots = [
+        [0.0, 0.0, 1060.0, 330.0],
+        [420.0, 60.0, 990.0, 250.0],
+        [-380.0, -80.0, 980.0, 240.0],
+        [-120.0, 300.0, 1010.0, 260.0],
+        [120.0, -260.0, 1000.0, 220.0],
+        [60.0, 40.0, 1430.0, 230.0],
+    ];
+    json!(roots.map(|[x, y, z, radius_m]| [(x + east_m + 3e3_f64).rem_euclid(6e3) - 3e3, y, z, radius_m]))
+}
+
+/// On spheres that are given sit as many levels as are asked for: the roots stay as they are, what sits on them lies within its reach, and the same
+/// seed picks the same.
+#[test]
+fn levels_grow_on_given_spheres() {
+    let grown = |levels: u32, seed: u32| {
+        let layer = cumulus(json!({ "spheres": roots(0.0), "levels": levels, "seed": seed }), 6e3);
+        let body = body(&layer, 6e3, 10.0, 0.0);
+        let top_m = body.spheres.iter().map(|sphere| sphere.centre.z + sphere.radius_m).fold(0.0, f64::max);
+        assert!(top_m <= highest_m(&layer, 6e3), "{top_m}");
+        assert!(body.spheres.iter().all(|sphere| sphere.radius_m > 0.0 && sphere.centre.is_finite()));
+        body
+    };
+    let alone = cumulus(json!({ "spheres": roots(0.0) }), 6e3);
+    assert_eq!(grown(0, 5), body(&alone, 6e3, 10.0, 0.0));
+    let counts = [0, 1, 2, 3].map(|levels| grown(levels, 0).spheres.len());
+    println!("spheres by levels: {counts:?}");
+    assert!(counts[0] == 6 && counts.windows(2).all(|pair| pair[1] > 3 * pair[0]), "{counts:?}");
+    let given = grown(0, 0).spheres;
+    let two = grown(2, 0);
+    assert!(given.iter().all(|root| two.spheres.contains(root)));
+    assert_eq!(two, grown(2, 0));
+    assert_ne!(two.spheres, grown(2, 1).spheres);
+    assert_eq!(two, body(&cumulus(json!({ "spheres": roots(0.0), "levels": 2 }), 6e3), 6e3, 10.0, 1e6));
+    // None stands beyond what sits on the roots may reach: 0.92 and 0.5 of 0.92 radii, and 0.21 of its own.
+    let least_m = |sphere: &Sphere| {
+        let way_m = |root: &Sphere| (sphere.centre.distance(root.centre) + sphere.radius_m) / root.radius_m;
+        given.iter().map(way_m).fold(f64::INFINITY, f64::min)
+    };
+    let reach = two.spheres.iter().map(least_m).fold(0.0, f64::max);
+    assert!((1.3..=1.6).contains(&reach), "{reach}");
+    // Hidden ones are gone: none lies wholly within a root of another.
+    let hidden = two.spheres.iter().filter(|sphere| {
+        given.iter().any(|root| sphere.centre.distance(root.centre) + sphere.radius_m < 0.8 * root.radius_m)
+    });
+    assert_eq!(hidden.count(), 0);
+}
+
+/// A cloud across the domain's edge is that of its middle: roots hide what sits on each other there as well.
+#[test]
+fn levels_do_not_see_the_edge_of_the_domain() {
+    let grown =
+        |east_m: f64| body(&cumulus(json!({ "spheres": roots(east_m), "levels": 3 }), 6e3), 6e3, 10.0, 0.0).spheres;
+    let (middle, edge) = (grown(0.0), grown(3e3));
+    assert_eq!(middle.len(), edge.len());
+    for (a, b) in middle.iter().zip(&edge) {
+        let apart = (b.centre - a.centre - DVec3::X * 3e3) / 6e3;
+        assert!((a.radius_m - b.radius_m).abs() < 1e-6 && (apart - apart.round()).length() < 1e-9, "{a:?} {b:?}");
+    }
+}
+
+/// Whatever is given has few enough spheres, and is there within a second or so: many roots in one place, large ones, tiny ones.
+#[test]
+fn grown_levels_are_bounded() {
+    let place = |i: usize, step: f64, count: f64| ((i as f64 * step).rem_euclid(1.0) - 0.5) * count;
+    for (radius_m, spread_m, extent_m) in
+        [(500.0, 4000.0, 2e4), (2000.0, 1.9e4, 2e4), (10_000.0, 1e4, 2e4), (0.5, 20.0, 50.0), (300.0, 0.0, 2e4)]
+    {
+        let spheres: Vec<[f64; 4]> = (0..Cumulus::MAX_ROOTS)
+            .map(|i| [place(i, 0.618_034, spread_m), place(i, 0.754_878, spread_m), 1000.0, radius_m])
+            .collect();
+        let layer = cumulus(json!({ "spheres": spheres, "levels": 3 }), extent_m);
+        let start = Instant::now();
+        let body = body(&layer, extent_m, extent_m / 512.0, 0.0);
+        let (count, took) = (body.spheres.len(), start.elapsed());
+        println!("256 roots of {radius_m} m within {spread_m} m: {count} spheres in {took:?}");
+        assert!((256..=200_000).contains(&count), "{radius_m}: {count}");
+        assert!(took < Duration::from_secs(20), "{radius_m}: {took:?}");
+        assert!(body.relief_m.is_finite() && body.relief_m > 0.0);
     }
 }

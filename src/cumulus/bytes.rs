@@ -3,6 +3,7 @@
 
 use super::highest::highest_m;
 use super::lattice;
+use super::shape::reach;
 use super::volume::samples;
 use crate::scene::quantity::Quantity as _;
 use crate::scene::{Cumulus, CumulusShape};
@@ -65,8 +66,9 @@ fn lowest_m(cumulus: &Cumulus) -> f64 {
     let base_m = cumulus.base_m.get();
     match &cumulus.shape {
         CumulusShape::Field { .. } => base_m,
-        CumulusShape::Spheres(spheres) => {
-            spheres.iter().map(|[_, _, z, radius_m]| z - radius_m).fold(f64::INFINITY, f64::min).max(base_m)
+        CumulusShape::Spheres { given, levels, .. } => {
+            let reach = reach(*levels);
+            given.iter().map(|[_, _, z, radius_m]| z - reach * radius_m).fold(f64::INFINITY, f64::min).max(base_m)
         }
     }
 }
@@ -79,9 +81,10 @@ fn filled(cumulus: &Cumulus, extent_m: f64, height_m: f64, cell_m: f64) -> f64 {
             let width_m = (least_m * greatest_m).sqrt();
             FILLED * coverage.get() * (1.0 + 2.0 * EDGE * cell_m / width_m).powi(2)
         }
-        CumulusShape::Spheres(spheres) => {
-            let volume_m3 = |radius_m: f64| 4.0 / 3.0 * PI * (radius_m + cell_m).powi(3);
-            spheres.iter().map(|[.., radius_m]| volume_m3(*radius_m)).sum::<f64>() / (extent_m * extent_m * height_m)
+        CumulusShape::Spheres { given, levels, .. } => {
+            let reach = reach(*levels);
+            let volume_m3 = |radius_m: f64| 4.0 / 3.0 * PI * (reach * radius_m + cell_m).powi(3);
+            given.iter().map(|[.., radius_m]| volume_m3(*radius_m)).sum::<f64>() / (extent_m * extent_m * height_m)
         }
     };
     filled.min(1.0)

@@ -1,10 +1,11 @@
 //! What a scene's layer of cumulus is at a time.
 
 use super::body::{Body, Sphere};
+use super::grown::grown;
 use super::population::Field;
 use crate::scene::quantity::Quantity;
 use crate::scene::{self, Cumulus, CumulusShape, Wind};
-use glam::{DVec2, DVec3, dvec2};
+use glam::{DVec2, DVec3, dvec2, dvec3};
 
 /// The clouds of a layer at a time, s since the scene's start, where they would be without wind: see [`drift_m`]. The domain's side
 /// and that of a texel are in metres.
@@ -28,11 +29,20 @@ pub fn body(cumulus: &Cumulus, extent_m: f64, texel_m: f64, time_s: f64) -> Body
             field.spheres(time_s).into_iter().for_each(|(_, sphere)| add(sphere));
             field.least_m()
         }
-        CumulusShape::Spheres(given) => {
+        CumulusShape::Spheres { given, levels: 0, .. } => {
             for &[x, y, z, radius_m] in given {
-                add(Sphere { centre: DVec3::new(x, y, z), radius_m });
+                add(Sphere { centre: dvec3(x, y, z), radius_m });
             }
             spheres.iter().map(|sphere| sphere.radius_m).fold(0.5 * texel_m.max(30.0), f64::min)
+        }
+        CumulusShape::Spheres { given, levels, seed } => {
+            let root = |&[x, y, z, radius_m]: &[f64; 4]| Sphere { centre: dvec3(x, y, z - base_m), radius_m };
+            let roots: Vec<Sphere> = given.iter().map(root).collect();
+            let (grown, least_m) = grown(&roots, *levels, *seed, [extent_m, texel_m]);
+            for Sphere { centre, radius_m } in grown {
+                add(Sphere { centre: centre + base_m * DVec3::Z, radius_m });
+            }
+            least_m
         }
     };
     Body { spheres, base_m, edge_m, relief_m: 0.5 * edge_m.min(least_m), extent_m }

@@ -2,6 +2,7 @@
 
 use super::body::Sphere;
 use super::hash::{follow, uniform};
+use crate::scene::Cumulus;
 use glam::{DVec2, DVec3, dvec3};
 use std::f64::consts::TAU;
 
@@ -24,7 +25,7 @@ const BEGIN: f64 = 0.2;
 const SHRINKS: f64 = 0.2;
 /// Spheres that sit on others.
 #[derive(Debug, Clone, Copy)]
-struct Level {
+pub(super) struct Level {
     /// Their radius, relative to those that they sit on, at most.
     ratio: f64,
     /// How many sit on one.
@@ -38,11 +39,22 @@ struct Level {
 /// Spheres of the last level vanish below this radius, metres: clouds less than about 1000 m wide have none.
 pub(super) const LAST_LEVEL_M: f64 = 24.0;
 /// Without the last, spheres of wide clouds would be seen as such.
-const LEVELS: [Level; 3] = [
+pub(super) const LEVELS: [Level; Cumulus::MAX_LEVELS as usize] = [
     Level { ratio: 0.5, count: 28, sits: 0.92, least_m: 0.0 },
     Level { ratio: 0.42, count: 22, sits: 0.92, least_m: 0.0 },
     Level { ratio: 0.45, count: 20, sits: 0.88, least_m: LAST_LEVEL_M },
 ];
+/// Radius within which a root and all that sits on it lie, its radii.
+pub(super) fn reach(levels: u32) -> f64 {
+    let (mut way, mut size, mut reach) = (0.0, 1.0, 1.0_f64);
+    for level in LEVELS.iter().take(levels as usize) {
+        way += size * level.sits;
+        size *= level.ratio;
+        reach = reach.max(way + size);
+    }
+    reach
+}
+
 /// Least radius of those, relative to the greatest.
 const LEAST: f64 = 0.6;
 /// Spheres fade away as they sink into others: from how deep on, and over what way, in greatest radii of their level.
@@ -75,8 +87,10 @@ pub(super) struct Cloud {
 
 /// A sphere as others see it; from the middle of the base.
 #[derive(Debug, Clone, Copy)]
-struct Ball {
-    /// In the cloud: digits of base 32 that say which child of which child of which root it is.
+pub(super) struct Ball {
+    /// What those that sit on it follow from, with its number.
+    key: [u32; 3],
+    /// Digits of base 32 that say which child of which child of which root of that key it is.
     number: u32,
     /// When it is full-grown.
     centre: DVec3,
@@ -88,10 +102,28 @@ struct Ball {
     grown: f64,
 }
 
+impl Ball {
+    /// A root that has its full size.
+    pub(super) fn root(key: [u32; 3], Sphere { centre, radius_m }: Sphere) -> Self {
+        Self { key, number: 1, centre, radius_m, here: centre, now_m: radius_m, grown: 1.0 }
+    }
+
+    /// What it is now.
+    pub(super) fn sphere(&self) -> Sphere {
+        Sphere { centre: self.here, radius_m: self.now_m }
+    }
+
+    /// The same, so much farther on.
+    pub(super) fn shifted(&self, by: DVec3) -> Self {
+        Self { centre: self.centre + by, here: self.here + by, ..*self }
+    }
+}
+
 /// Lists that are used again from cloud to cloud.
 #[derive(Debug, Default)]
 pub(super) struct Scratch {
     balls: Vec<Ball>,
+    grown: Vec<Ball>,
     near: Vec<Sphere>,
 }
 
@@ -108,20 +140,14 @@ fn between([least, greatest]: [f64; 2], part: f64) -> f64 {
 impl Cloud {
     /// Gives all its spheres with their numbers. On the roots sit none that are much smaller than `least_m`.
     pub(super) fn spheres(&self, least_m: f64, scratch: &mut Scratch, mut give: impl FnMut(u32, Sphere)) {
-        let Scratch { balls, near } = scratch;
+        let Scratch { balls, grown, near } = scratch;
         balls.clear();
         self.roots(balls);
-        let mut level = 0..balls.len();
-        for kind in LEVELS {
-            let coarser = balls.len();
-            for parent in level {
-                self.children(parent, coarser, kind, least_m.max(kind.least_m), balls, near);
-            }
-            level = coarser..balls.len();
-        }
+        grow(balls, grown, near, least_m);
         let middle = self.centre.extend(self.base_m);
         for ball in balls.iter().filter(|ball| ball.now_m > 0.0) {
-            give(ball.number, Sphere { centre: middle + ball.here, radius_m: ball.now_m });
+            let Sphere { centre, radius_m } = ball.sphere();
+            give(ball.number, Sphere { centre: middle + centre, radius_m });
         }
     }
 
@@ -147,65 +173,85 @@ impl Cloud {
             let raised = RAISED.get(number as usize).map_or(0.0, |&raised| between(raised, tower));
             let up_m = |own: f64, first: f64| own * radius_m * between(LIFT, lift) + first * raised * self.width_m;
             let (centre, here) = (flat.extend(up_m(1.0, 1.0)), flat.extend(up_m(own, first)));
-            balls.push(Ball { number: number + 1, centre, radius_m, here, now_m: own * radius_m, grown: own });
+            balls.push(Ball {
+                key: self.key,
+                number: number + 1,
+                centre,
+                radius_m,
+                here,
+                now_m: own * radius_m,
+                grown: own,
+            });
         }
     }
+}
 
-    /// Adds what sits on the ball `parent`; the first `coarser` balls hide what sinks into them.
-    fn children(
-        &self,
-        parent: usize,
-        coarser: usize,
-        Level { ratio, count, sits, .. }: Level,
-        least_m: f64,
-        balls: &mut Vec<Ball>,
-        near: &mut Vec<Sphere>,
-    ) {
-        let Ball { number, centre, radius_m, here, now_m, grown } = balls[parent];
-        let greatest_m = ratio * radius_m;
-        // What is not there now hides what comes after as if it were; the last level hides nothing.
-        let needed_m = if number < LAST { greatest_m } else { grown * greatest_m };
-        if visible(needed_m, least_m) <= 0.0 {
-            return;
+/// Adds what sits on the roots of a cloud, level upon level, but for what is much smaller than `least_m`.
+fn grow(balls: &mut Vec<Ball>, grown: &mut Vec<Ball>, near: &mut Vec<Sphere>, least_m: f64) {
+    let mut level = 0..balls.len();
+    for kind in LEVELS {
+        for parent in level {
+            let others = balls.iter().enumerate().filter(|(other, _)| *other != parent).map(|(_, other)| *other);
+            sits_on(&balls[parent], others, kind, least_m.max(kind.least_m), near, grown);
         }
-        // How far from others a sphere shows wholly.
-        let shows_m = (SINKS - SUNK) * greatest_m;
-        near.clear();
-        near.extend(balls[..coarser].iter().filter(|other| other.number != number).filter_map(|other| {
-            let reach_m = sits * radius_m + shows_m + other.radius_m;
-            let is_near = other.centre.distance_squared(centre) < reach_m * reach_m;
-            is_near.then_some(Sphere { centre: other.centre, radius_m: other.radius_m })
-        }));
-        let key = follow(self.key, number << 8);
-        let [turn, ..] = uniform(key);
-        for child in 1..=count {
-            let [size, up, around] = uniform(follow(key, child));
-            let size_m = greatest_m * between([LEAST, 1.0], size);
-            let place = f64::from(child) - 0.5;
-            let up = 1.0 - 2.0 * (place + 0.8 * (up - 0.5)) / f64::from(count);
-            let height_m = centre.z + sits * radius_m * up;
-            let over = smooth(height_m / (BASE_FADE * greatest_m) + 0.5);
-            if visible(size_m * over, least_m) <= 0.0 {
-                continue;
+        level = balls.len()..balls.len() + grown.len();
+        balls.append(grown);
+    }
+}
+
+/// Adds what sits on a ball: the others hide what sinks into them.
+pub(super) fn sits_on(
+    parent: &Ball,
+    others: impl Iterator<Item = Ball>,
+    Level { ratio, count, sits, .. }: Level,
+    least_m: f64,
+    near: &mut Vec<Sphere>,
+    add: &mut Vec<Ball>,
+) {
+    let Ball { key, number, centre, radius_m, here, now_m, grown } = *parent;
+    let greatest_m = ratio * radius_m;
+    // What is not there now hides what comes after as if it were; the last level hides nothing.
+    let needed_m = if number < LAST { greatest_m } else { grown * greatest_m };
+    if visible(needed_m, least_m) <= 0.0 {
+        return;
+    }
+    // How far from others a sphere shows wholly.
+    let shows_m = (SINKS - SUNK) * greatest_m;
+    near.clear();
+    near.extend(others.filter_map(|other| {
+        let reach_m = sits * radius_m + shows_m + other.radius_m;
+        let is_near = other.centre.distance_squared(centre) < reach_m * reach_m;
+        is_near.then_some(Sphere { centre: other.centre, radius_m: other.radius_m })
+    }));
+    let own = follow(key, number << 8);
+    let [turn, ..] = uniform(own);
+    for child in 1..=count {
+        let [size, up, around] = uniform(follow(own, child));
+        let size_m = greatest_m * between([LEAST, 1.0], size);
+        let place = f64::from(child) - 0.5;
+        let up = 1.0 - 2.0 * (place + 0.8 * (up - 0.5)) / f64::from(count);
+        let height_m = centre.z + sits * radius_m * up;
+        let over = smooth(height_m / (BASE_FADE * greatest_m) + 0.5);
+        if visible(size_m * over, least_m) <= 0.0 {
+            continue;
+        }
+        let angle = TAU * turn + GOLDEN * place + 0.5 * (around - 0.5);
+        let flat = DVec2::from_angle(angle) * (1.0 - up * up).max(0.0).sqrt();
+        let towards = sits * dvec3(flat.x, flat.y, up);
+        let at = centre + radius_m * towards;
+        let mut free_m = shows_m;
+        for sphere in near.iter() {
+            let whole_m = sphere.radius_m + shows_m;
+            let distance = at.distance_squared(sphere.centre);
+            if distance < whole_m * whole_m {
+                free_m = free_m.min(distance.sqrt() - sphere.radius_m);
             }
-            let angle = TAU * turn + GOLDEN * place + 0.5 * (around - 0.5);
-            let flat = DVec2::from_angle(angle) * (1.0 - up * up).max(0.0).sqrt();
-            let towards = sits * dvec3(flat.x, flat.y, up);
-            let at = centre + radius_m * towards;
-            let mut free_m = shows_m;
-            for sphere in near.iter() {
-                let whole_m = sphere.radius_m + shows_m;
-                let distance = at.distance_squared(sphere.centre);
-                if distance < whole_m * whole_m {
-                    free_m = free_m.min(distance.sqrt() - sphere.radius_m);
-                }
-            }
-            let out_m = size_m * over * smooth((free_m / greatest_m + SUNK) / SINKS);
-            let radius_m = visible(out_m, least_m);
-            if radius_m > 0.0 {
-                let (here, now_m) = (here + now_m * towards, visible(grown * out_m, least_m));
-                balls.push(Ball { number: number << 5 | child, centre: at, radius_m, here, now_m, grown });
-            }
+        }
+        let out_m = size_m * over * smooth((free_m / greatest_m + SUNK) / SINKS);
+        let radius_m = visible(out_m, least_m);
+        if radius_m > 0.0 {
+            let (here, now_m) = (here + now_m * towards, visible(grown * out_m, least_m));
+            add.push(Ball { key, number: number << 5 | child, centre: at, radius_m, here, now_m, grown });
         }
     }
 }

@@ -15,10 +15,10 @@ const EDGE_M: f64 = 20.0;
 /// Width of the widest cloud of a field, domains: a wider one would come near itself beyond the domain's edge.
 const WIDEST: f64 = 1.0 / 3.0;
 /// Fields of a layer of cumulus: those of every layer, those of both shapes, of a field, and of spheres.
-pub(super) const FIELDS: [&str; 9] =
-    ["kind", "base_m", "droplets", "wind", "edge_m", "coverage", "width_m", "seed", "spheres"];
+pub(super) const FIELDS: [&str; 10] =
+    ["kind", "base_m", "droplets", "wind", "edge_m", "coverage", "width_m", "seed", "spheres", "levels"];
 /// Those that describe a field.
-const FIELD: [&str; 3] = ["coverage", "width_m", "seed"];
+const FIELD: [&str; 2] = ["coverage", "width_m"];
 
 /// A layer of cumulus: clouds of spheres upon spheres over a flat base.
 #[derive(Debug, Clone, PartialEq)]
@@ -49,13 +49,26 @@ pub enum CumulusShape {
         /// Picks one field of many alike.
         seed: u32,
     },
-    /// Spheres that stay as they are, each as x, y and z of its centre above the ground's middle and its radius, metres.
-    Spheres(Vec<[f64; 4]>),
+    /// Spheres that stay as they are.
+    Spheres {
+        /// Each as x, y and z of its centre above the ground's middle and its radius, metres.
+        given: Vec<[f64; 4]>,
+        /// Levels of smaller spheres that sit on them and on each other.
+        levels: u32,
+        /// Picks which of many alike those are.
+        seed: u32,
+    },
 }
 
 impl Cumulus {
     /// Most spheres that are given one by one.
     pub const MAX_SPHERES: usize = 100_000;
+
+    /// Most levels of smaller ones upon them.
+    pub const MAX_LEVELS: u32 = 3;
+
+    /// Most of them that others sit on.
+    pub const MAX_ROOTS: usize = 256;
 
     /// Its index in the scene's list of layers.
     pub fn place(&self) -> usize {
@@ -80,7 +93,7 @@ impl Cumulus {
                     format!("kept, but no cloud is wider than a third of the domain, {} m", Self::widest_m(extent_m));
                 notes.push(("width_m", detail));
             }
-            CumulusShape::Spheres(spheres) => {
+            CumulusShape::Spheres { given: spheres, .. } => {
                 let base_m = self.base_m.get();
                 let below = spheres.iter().filter(|[_, _, z, radius_m]| z + radius_m <= base_m).count();
                 if below > 0 {
@@ -111,14 +124,22 @@ pub(super) fn read(
 
 fn shape(reader: &mut Reader, layer: &Object<'_>, extent_m: f64) -> Option<CumulusShape> {
     if let Some(value) = layer.value("spheres") {
-        let beside: Vec<&str> = FIELD.into_iter().filter(|key| layer.has(key)).collect();
+        let levels = reader.integer_or(layer, "levels", (0, Cumulus::MAX_LEVELS), 0);
+        let also = (!layer.has("levels")).then_some("seed");
+        let beside: Vec<&str> = FIELD.into_iter().chain(also).filter(|key| layer.has(key)).collect();
         if !beside.is_empty() {
             let detail =
                 format!("stands beside {}; either a field or its spheres one by one can be given", beside.join(", "));
             reader.wrong(layer.at("spheres"), detail);
             return None;
         }
-        return spheres(reader, value, &layer.at("spheres"), extent_m).map(CumulusShape::Spheres);
+        let seed = reader.integer_or(layer, "seed", (0, u32::MAX), 0);
+        let given = spheres(reader, value, &layer.at("spheres"), layer.has("levels"), extent_m)?;
+        return Some(CumulusShape::Spheres { given, levels, seed });
+    }
+    if layer.has("levels") {
+        reader.wrong(layer.at("levels"), "stands without spheres, on which they are grown; a field has its own");
+        return None;
     }
     let coverage = reader.number_or(layer, "coverage", CumulusCoverage::try_from(COVERAGE).ok()?);
     let width_m = match layer.value("width_m") {
@@ -151,12 +172,12 @@ fn widths(reader: &mut Reader, value: &Value, pointer: &str) -> Option<[CloudWid
 }
 
 /// Reads spheres; the first wrong one is told alone, as the others will be wrong in the same way.
-fn spheres(reader: &mut Reader, value: &Value, pointer: &str, extent_m: f64) -> Option<Vec<[f64; 4]>> {
-    let list = value.as_array().filter(|list| (1..=Cumulus::MAX_SPHERES).contains(&list.len()));
+fn spheres(reader: &mut Reader, value: &Value, pointer: &str, are_roots: bool, extent_m: f64) -> Option<Vec<[f64; 4]>> {
+    let (most, with) = if are_roots { (Cumulus::MAX_ROOTS, " with levels") } else { (Cumulus::MAX_SPHERES, "") };
+    let list = value.as_array().filter(|list| (1..=most).contains(&list.len()));
     let Some(list) = list else {
         let given = value.as_array().map_or_else(|| describe(value), |list| format!("a list of {}", list.len()));
-        let most = Cumulus::MAX_SPHERES;
-        reader.wrong(pointer, format!("{given} where 1 to {most} spheres [x, y, z, radius_m] are expected"));
+        reader.wrong(pointer, format!("{given} where 1 to {most} spheres [x, y, z, radius_m] are expected{with}"));
         return None;
     };
     let mut spheres = Vec::with_capacity(list.len());
@@ -202,7 +223,14 @@ pub(super) fn write(cumulus: &Cumulus) -> Value {
             text["width_m"] = json!(width_m.map(Quantity::get));
             text["seed"] = json!(seed);
         }
-        CumulusShape::Spheres(spheres) => text["spheres"] = json!(spheres),
+        CumulusShape::Spheres { given, levels, seed } => {
+            text["spheres"] = json!(given);
+            // Scenes without are as they were before there were any.
+            if *levels > 0 {
+                text["levels"] = json!(levels);
+                text["seed"] = json!(seed);
+            }
+        }
     }
     text
 }

@@ -264,6 +264,11 @@ pub const GROUPS: &[Group] = &[
                 Allowed::Other("1 to 100000 of `[x, y, z, radius_m]`"),
                 "in place of the three above: the cloud itself, see below",
             ),
+            field(
+                "/levels",
+                Allowed::Other("0 to 3"),
+                "with `spheres`: levels of smaller spheres that sit on them; 0 is the spheres alone",
+            ),
             number::<EdgeM>(
                 "/edge_m",
                 "depth over which the density rises from 0 at the surface to that of the droplets; 0 is sharp",

@@ -165,22 +165,28 @@ fn stratiform() -> Value {
     ])
 }
 
-/// A field, or its spheres one by one.
+/// A field, its spheres one by one, or a few on which others are grown.
 fn cumulus() -> Value {
     let mut all = kind(object("/layers/0", "/coverage"), "cumulus");
     let layer = object("/layers/0", "/base_m");
     all["properties"]["base_m"] = layer["properties"]["base_m"].clone();
     all["properties"]["droplets"] = reference("droplets");
     all["properties"]["wind"] = reference("wind");
-    let (mut field, mut spheres) = (all.clone(), all);
-    if let (Some(field), Some(spheres)) = (field["properties"].as_object_mut(), spheres["properties"].as_object_mut()) {
-        field.remove("spheres");
-        for name in ["coverage", "width_m", "seed"] {
-            spheres.remove(name);
+    let without = |names: &[&str]| {
+        let mut form = all.clone();
+        if let Some(properties) = form["properties"].as_object_mut() {
+            names.iter().for_each(|name| drop(properties.remove(*name)));
         }
-    }
+        form
+    };
+    let field = without(&["spheres", "levels"]);
+    let mut spheres = without(&["coverage", "width_m", "seed", "levels"]);
     require(&mut spheres, "spheres");
-    any([field, spheres])
+    let mut grown = without(&["coverage", "width_m"]);
+    require(&mut grown, "spheres");
+    require(&mut grown, "levels");
+    grown["properties"]["spheres"]["maxItems"] = json!(Cumulus::MAX_ROOTS);
+    any([field, spheres, grown])
 }
 
 /// A stratiform layer by its optical depth: its droplets need no extinction.
@@ -266,6 +272,7 @@ fn other(pointer: &str) -> Value {
             let sphere = tuple(&[place.clone(), place, number(&SphereHeightM::RANGE), number(&SphereRadiusM::RANGE)]);
             json!({ "type": "array", "minItems": 1, "maxItems": Cumulus::MAX_SPHERES, "items": sphere })
         }
+        "/levels" => json!({ "type": "integer", "minimum": 0, "maximum": Cumulus::MAX_LEVELS }),
         // A field that is new in the table: anything, until it is told here.
         _ => json!({}),
     }

@@ -126,7 +126,7 @@ fn wrong_fields_are_named_with_what_is_allowed() {
 fn spheres_are_given_one_by_one_or_as_a_field() {
     let spheres = |list: Value| cumulus(json!({ "spheres": list }));
     let scene = read(&spheres(json!([[-20_000, 20_000, 30_000, 10_000], [-0.0, 1, 0, 0.5]])));
-    let CumulusShape::Spheres(found) = &scene.cumulus().unwrap().shape else { panic!("a field") };
+    let CumulusShape::Spheres { given: found, .. } = &scene.cumulus().unwrap().shape else { panic!("a field") };
     assert_eq!(found[0], [-20_000.0, 20_000.0, 30_000.0, 10_000.0]);
     let text = scene.to_json();
     assert_eq!(text["layers"][0]["spheres"][1].to_string(), "[0.0,1.0,0.0,0.5]");
@@ -154,6 +154,19 @@ fn spheres_are_given_one_by_one_or_as_a_field() {
     assert!(pointer == "/layers/0/spheres" && detail.contains("beside coverage, seed;"), "{pointer} {detail}");
     let too_many = vec![[0.0, 0.0, 1000.0, 9.0]; Cumulus::MAX_SPHERES + 1];
     assert!(error(&spheres(json!(too_many))).1.contains("a list of 100001"));
+    // Levels upon them, which take the seed that picks them; without any the normal form is that of spheres alone.
+    let grown = |levels: Value| cumulus(json!({ "spheres": [[0, 0, 900, 300]], "levels": levels, "seed": 7 }));
+    let text = read(&grown(json!(2))).to_json();
+    assert_eq!((&text["layers"][0]["levels"], &text["layers"][0]["seed"]), (&json!(2), &json!(7)));
+    assert_eq!(read(&text), read(&grown(json!(2))));
+    assert_eq!(read(&grown(json!(0))).to_json(), read(&spheres(json!([[0, 0, 900, 300]]))).to_json());
+    let (pointer, detail) = error(&grown(json!(4)));
+    assert!(pointer == "/layers/0/levels" && detail.contains("whole number from 0 to 3"), "{pointer} {detail}");
+    let (pointer, detail) = error(&cumulus(json!({ "levels": 1 })));
+    assert!(pointer == "/layers/0/levels" && detail.contains("without spheres"), "{pointer} {detail}");
+    let many = json!({ "spheres": vec![[0, 0, 900, 300]; Cumulus::MAX_ROOTS + 1], "levels": 1 });
+    let (pointer, detail) = error(&cumulus(many));
+    assert!(pointer == "/layers/0/spheres" && detail.contains("1 to 256 spheres"), "{pointer} {detail}");
     let most = read(&spheres(json!(too_many[1..])));
     assert_eq!(read(&most.to_json()), most);
 }
