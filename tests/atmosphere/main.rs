@@ -5,6 +5,7 @@
 
 mod formulas;
 mod held_out;
+mod libradtran;
 mod limits;
 mod particles;
 mod parts;
