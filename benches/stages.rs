@@ -8,13 +8,16 @@
 )]
 
 use criterion::{BatchSize, BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
+use rayon::prelude::*;
 use serde_json::json;
+use skyloom::atmosphere::wavelength::aerosol_depth;
 use skyloom::atmosphere::{
     Aerosol, Air, Boundary, End, Layout, Medium, Method, Moments, Quality, SunSky, diffuse_fluxes,
 };
 use skyloom::render::{Images, Job, Renderer, RendererOptions, Watch, encode};
 use skyloom::request::Request;
 use skyloom::scene::Scene;
+use skyloom::spectrum::WAVELENGTHS_NM;
 use skyloom::tables::{Detail, MixTables, TableLibrary};
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -320,11 +323,12 @@ fn mixes(criterion: &mut Criterion) {
     group.finish();
 }
 
-/// A new atmosphere at one wavelength by each method, and a new sun in it.
+/// A new atmosphere at one wavelength by each method, and a new sun in it; both at the four wavelengths of a colour as the renderer has
+/// them.
 fn air(criterion: &mut Criterion) {
-    let ready = || {
-        let aerosol = Aerosol::henyey_greenstein(0.1, 1200.0, 0.93, 0.7);
-        Air::new(Medium::new(525.0, 1.0, 300.0, aerosol), Boundary::ground(0.2))
+    let ready = |nm: f64| {
+        let aerosol = Aerosol::henyey_greenstein(aerosol_depth(0.1, 1.3, nm), 1200.0, 0.93, 0.7);
+        Air::new(Medium::new(nm, 1.0, 300.0, aerosol), Boundary::ground(0.2))
     };
     let [normal, fine] = [Quality::Normal, Quality::Fine].map(|quality| Method::Moments { quality, polarised: true });
     let mut group = criterion.benchmark_group("new atmosphere, one wavelength");
@@ -333,16 +337,39 @@ fn air(criterion: &mut Criterion) {
         [("isotropic", Method::Isotropic), ("second order", Method::SecondOrder), ("normal", normal), ("fine", fine)];
     for (name, method) in methods {
         group.bench_function(name, |bench| {
-            bench.iter_batched(ready, |air| method.prepare(air, &|_| ()), BatchSize::LargeInput);
+            bench.iter_batched(|| ready(525.0), |air| method.prepare(air, &|_| ()), BatchSize::LargeInput);
         });
     }
     group.finish();
-    let moments = Moments::solve(ready(), Quality::Normal, true, &|_| ());
-    let mut group = criterion.benchmark_group("new sun, one wavelength");
-    group.bench_function("sky", |bench| {
-        bench.iter(|| SunSky::new(&moments, 2.0, 0.5, Layout::default(), End::Atmosphere));
+    // From a scene to a job whose tables nobody has made before, depths included; the other method's beside it.
+    let clear = json!({ "atmosphere": {}, "sun": { "zenith_deg": 60 } });
+    let scene = Arc::new(Scene::from_json(clear.to_string().as_bytes()).unwrap());
+    let request = Request::parse("sky", "f32", &[]).unwrap();
+    let mut group = criterion.benchmark_group("new atmosphere, four wavelengths");
+    group.sample_size(10);
+    group.bench_function("isotropic", |bench| {
+        bench.iter(|| WAVELENGTHS_NM.map(|nm| Method::Isotropic.prepare(ready(nm), &|_| ())));
     });
-    group.bench_function("fluxes", |bench| bench.iter(|| diffuse_fluxes(&moments, 2.0, 0.5)));
+    group.bench_function("normal", |bench| {
+        bench.iter(|| {
+            let library = TableLibrary::new(None);
+            Job::prepare(Arc::clone(&scene), request.clone(), &Images::new(), &library, &|_| ()).unwrap()
+        });
+    });
+    group.finish();
+    let waves = WAVELENGTHS_NM.map(|nm| Moments::solve(ready(nm), Quality::Normal, true, &|_| ()));
+    let sky = |moments: &Moments| SunSky::new(moments, 2.0, 0.5, Layout::default(), End::Atmosphere);
+    let mut group = criterion.benchmark_group("new sun, one wavelength");
+    group.bench_function("sky", |bench| bench.iter(|| sky(&waves[2])));
+    group.bench_function("fluxes", |bench| bench.iter(|| diffuse_fluxes(&waves[2], 2.0, 0.5)));
+    group.finish();
+    let mut group = criterion.benchmark_group("new sun, four wavelengths");
+    group.bench_function("sky and fluxes", |bench| {
+        bench.iter(|| {
+            let of = |moments: &Moments| (sky(moments), diffuse_fluxes(moments, 2.0, 0.5));
+            waves.par_iter().map(of).collect::<Vec<_>>()
+        });
+    });
     group.finish();
 }
 

@@ -5,10 +5,12 @@
 mod common;
 
 use common::sky::Sky;
+use half::f16;
 use proptest::prelude::*;
 use proptest::test_runner::Config;
 use serde_json::{Value, json};
-use skyloom::render::{RenderError, Watch};
+use skyloom::image::ImageLimits;
+use skyloom::render::{RenderError, Watch, encode};
 use skyloom::scene::{Scene, SceneError};
 use std::sync::{LazyLock, Mutex, MutexGuard, PoisonError};
 
@@ -314,4 +316,57 @@ fn any_image_renders_or_is_refused() {
         assert_eq!(errors[0].pointer, "/ground/albedo/image", "{wrong}");
         assert!(errors.iter().all(|error| error.detail.contains("column 3, row 1")), "{errors:?}");
     }
+}
+
+/// Skies at their brightest and darkest: the sun's disc, any hour, air and ground that absorb nothing, eyes within clouds and far above.
+fn bright_skies() -> Vec<(Value, &'static str)> {
+    let air = json!({ "aerosol": { "optical_depth": 1, "albedo": 1 } });
+    let layers = || {
+        json!([{ "base_m": 1000, "thickness": { "kind": "stratocumulus", "mean_m": 300, "coverage": 0.6 },
+            "droplets": { "henyey_greenstein": 0.85, "extinction_per_m": 0.03 } }])
+    };
+    let eyes = ["0,0,0", "0,0,1100", "0,0,20000"];
+    let suns = [0.0, 89.99, 90.0, 97.0];
+    let of = |zenith: f64, layers: Value, eye: &'static str| {
+        let scene = json!({ "domain": { "extent_m": 20_000, "resolution": 32 }, "sun": { "zenith_deg": zenith },
+            "atmosphere": air, "ground": { "albedo": 1 }, "layers": layers });
+        (scene, eye)
+    };
+    let skies = suns.into_iter().flat_map(|sun| eyes.map(|eye| [of(sun, json!([]), eye), of(sun, layers(), eye)]));
+    skies.flatten().collect()
+}
+
+/// Half floats end at 65504: a file of them has no infinity, no NaN and nothing below 0. Where the sky is brighter, as at the sun's disc, or
+/// darker than they can tell, EXR has floats, and `f16` is refused by name with a scale that fits.
+#[test]
+fn half_floats_of_the_brightest_skies_are_finite() {
+    let mut sky = sky();
+    let [mut halves, mut refused] = [0, 0];
+    for (scene, eye) in bright_skies() {
+        for scale in ["1e-6", "1", "1e6"] {
+            let query = [("eye", eye), ("size", "24"), ("disc", "true"), ("tolerance", "0.1"), ("scale", scale)];
+            let what = format!("sun {}, eye {eye}, scale {scale}", scene["sun"]["zenith_deg"]);
+            let [exr, raw] = ["exr", "f16"].map(|format| sky.prepare(&scene, ("sky", format), &query).unwrap());
+            let texture = sky.renderer.render(&exr, &Watch::default()).unwrap();
+            let fine = |value: f32| value.is_finite() && value >= 0.0;
+            assert!(texture.data.iter().all(|value| fine(*value)), "{what}");
+            let file = encode(&texture, &exr).unwrap();
+            let image = skyloom::image::decode(&file.bytes, &ImageLimits::default()).unwrap();
+            assert!(image.data.iter().all(|value| fine(*value)), "{what}: an EXR of {} bits", file.bits);
+            match encode(&texture, &raw) {
+                Ok(file) => {
+                    let values = file.bytes.as_chunks::<2>().0.iter().map(|bytes| f16::from_le_bytes(*bytes).to_f32());
+                    assert!(values.clone().all(fine), "{what}: raw halves");
+                    assert_eq!(values.count(), texture.data.len());
+                    halves += 1;
+                }
+                Err(error) => {
+                    let text = error.to_string();
+                    assert!(text.contains("largest value") && text.contains("allowed: format f32"), "{what}: {text}");
+                    refused += 1;
+                }
+            }
+        }
+    }
+    assert!(halves > 20 && refused > 20, "{halves} files of halves, {refused} refused");
 }

@@ -164,3 +164,45 @@ fn cumulus_does_not_lose_its_sun_at_once() {
     }
     assert_eq!(light(112.0), 0.0);
 }
+
+/// Light on the ground and at the zenith falls from step to step until the night, whatever stands in the air; from a sun 19 degrees
+/// below the horizon on there is none.
+#[test]
+fn dusk_darkens_steadily_in_any_air() {
+    let mut sky = Sky::open();
+    let broken = json!({ "kind": "stratocumulus", "pattern": "open", "mean_m": 250, "coverage": 0.5, "seed": 7 });
+    let cumulus = json!([{ "kind": "cumulus", "base_m": 1200, "coverage": 0.15, "width_m": [800, 1500], "seed": 4,
+        "droplets": { "henyey_greenstein": 0.85, "extinction_per_m": 0.03, "albedo": 1 } }]);
+    for (name, aerosol, layers, step_deg) in [
+        ("clear", 0.1, json!([]), 1),
+        ("haze", 0.5, json!([]), 1),
+        ("overcast in haze", 0.5, high_layer(2000.0), 2),
+        ("broken", 0.1, json!([hg_layer(broken, 0.03, 1.0)]), 2),
+        ("cumulus", 0.1, cumulus, 4),
+    ] {
+        let mut before = [f64::INFINITY; 6];
+        let mut most = 0.0_f64;
+        let mut at = |zenith_deg: f64| {
+            let mut scene = scene(zenith_deg, layers.clone());
+            scene["atmosphere"]["aerosol"]["optical_depth"] = json!(aerosol);
+            let zenith = [("projection", "camera"), ("look", "0,90"), ("fov", "60"), ("size", "8"), FAST];
+            let shone = sky.render(&scene, "irradiance", &[("size", "8"), FAST]);
+            let seen = sky.render(&scene, "sky", &zenith);
+            [0, 1, 2, 3, 4, 5].map(|i| if i < 3 { mean(&shone, i) } else { mean(&seen, i - 3) })
+        };
+        for zenith_deg in (88..=108).step_by(step_deg).map(f64::from) {
+            let now = at(zenith_deg);
+            for i in 0..6 {
+                most = most.max(now[i] / before[i]);
+                // Deep dusk is bluer than any red of a screen: that channel ends at 0.
+                let lit = now[i] < before[i] && now[i] > 0.0 || i % 3 == 0 && now[i] == 0.0;
+                assert!(lit, "{name}, sun {zenith_deg}, {i}: {now:?} after {before:?}");
+            }
+            before = now;
+        }
+        println!("{name}: at most {most:.3} of the light {step_deg} degrees before");
+        for zenith_deg in [109.5, 120.0, 180.0] {
+            assert_eq!(at(zenith_deg), [0.0; 6], "{name}, sun {zenith_deg}");
+        }
+    }
+}

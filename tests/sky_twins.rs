@@ -410,16 +410,18 @@ fn directions_are_those_of_the_host() {
     }
 }
 
-/// A texel's cone is near what the texel covers: its side as a mean over all of them, its rise at each to a factor.
+/// A texel's cone is near what the texel covers: its side as a mean over all of them, within a per cent but for the fisheye's, its rise at
+/// each to a factor.
 #[test]
 fn cones_are_as_wide_as_texels() {
-    for (layout, covered, least, most) in [
-        (LAYOUTS[0], 4.0 * PI, 0.98, 1.02),
+    for (layout, covered, part, [least, most]) in [
+        (LAYOUTS[0], 4.0 * PI, 0.01, [0.98, 1.02]),
         // Rows and columns of these slant against the horizon: up to the diagonal, down to half of it.
-        (LAYOUTS[1], 4.0 * PI, 0.4, 2.0),
-        (LAYOUTS[2], 4.0 * PI, 0.4, 2.0),
-        (LAYOUTS[3], 2.0 * PI, 0.6, 1.2),
-        (LAYOUTS[5], 0.0, 0.4, 2.0),
+        (LAYOUTS[1], 4.0 * PI, 0.01, [0.4, 2.0]),
+        (LAYOUTS[2], 4.0 * PI, 0.01, [0.6, 1.5]),
+        // The fisheye's texels are wider than their height near the edge: 7.75 for 6.28.
+        (LAYOUTS[3], 2.0 * PI, 0.25, [0.6, 1.2]),
+        (LAYOUTS[5], 0.0, 0.0, [0.4, 2.0]),
     ] {
         let view = view(layout, Axes::Enu);
         let (mut sum, mut reach) = (0.0, [f64::INFINITY, 0.0_f64]);
@@ -443,8 +445,7 @@ fn cones_are_as_wide_as_texels() {
             }
         }
         eprintln!("{layout:?}: {sum:.3} sr; rises of {:.2} to {:.2} of the cone's", reach[0], reach[1]);
-        // The fisheye's texels are wider than their height near the edge: 7.75 for 6.28.
-        assert!(covered == 0.0 || (sum / covered - 1.0).abs() < 0.25, "{layout:?}: {sum} for {covered}");
+        assert!(covered == 0.0 || (sum / covered - 1.0).abs() < part, "{layout:?}: {sum} for {covered}");
         assert!(reach[0] > least && reach[1] < most, "{layout:?}: {reach:?}");
     }
 }

@@ -4,7 +4,7 @@
 
 mod common;
 
-use common::sky::{Sky, hg_layer, mean};
+use common::sky::{Sky, hg_layer, mean, texel_side};
 use serde_json::{Value, json};
 use skyloom::axes::Axes;
 use skyloom::projection::{Sphere, SphereLayout};
@@ -186,7 +186,7 @@ const SAME_ABS: f64 = 80.0 * 0.2 / 312.0;
 fn every_projection_shows_the_same_in_the_same_direction() {
     let mut sky = Sky::open();
     let scene = scene(50.0, ALBEDO, &[broken(1000.0)]);
-    // Sizes whose texels are as wide as the camera's one of a degree, but the equirect's.
+    // Sizes whose texels are about a degree wide.
     for (layout, size, query) in [
         (SphereLayout::Equirect, 90, &[("projection", "equirect")][..]),
         (SphereLayout::Octahedral, 203, &[("projection", "octahedral")]),
@@ -209,12 +209,8 @@ fn every_projection_shows_the_same_in_the_same_direction() {
             if elevation_deg < 13.0 || (layout == SphereLayout::Equirect && elevation_deg > 74.0) {
                 continue;
             }
-            let fov_deg = match layout {
-                SphereLayout::Equirect => {
-                    2.0 * (0.5 * (PI / 90.0) * elevation_deg.to_radians().cos().sqrt()).atan().to_degrees()
-                }
-                _ => 1.0,
-            };
+            // As wide as the texel.
+            let fov_deg = 2.0 * (0.5 * texel_side(layout, size, direction)).atan().to_degrees();
             let found = looked(&mut sky, &scene, direction, fov_deg, &[]);
             for (a, b) in texel(&picture, x, y).iter().zip(&found) {
                 most = most.max((f64::from(*a) - b).abs());

@@ -105,14 +105,18 @@ fn sphere_cone(view: SkyView, direction: vec3<f32>) -> Cone {
             return Cone(rise, rise * sqrt(level));
         }
         case SPHERE_OCTAHEDRAL: {
-            return Cone(1.7724539 * texel, 1.7724539 * texel);
+            // The faces of an octahedron: the nearer a point of one is to the eye, the wider it is seen.
+            let near = abs(direction.x) + abs(direction.y) + abs(direction.z);
+            let side = texel * near * sqrt(near);
+            return Cone(side, side);
         }
         case SPHERE_FISHEYE: {
             return Cone(2.0 * PI * view.turns * texel, 2.0 * PI * view.turns * texel);
         }
         case SPHERE_CUBE: {
-            // A mean over a face.
-            return Cone(0.72360125 * texel, 0.72360125 * texel);
+            // The cube's axes are those of east, north and up.
+            let near = max(max(abs(direction.x), abs(direction.y)), abs(direction.z));
+            return Cone(texel * near, texel * near * sqrt(near));
         }
         default: {
             let along = dot(direction, view.axis_z);

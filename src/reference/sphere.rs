@@ -77,10 +77,12 @@ pub fn sphere_cone(view: &SkyView, direction: DVec3) -> Cone {
             let rise = PI / f64::from(view.size[1]);
             Cone { rise, side: rise * (1.0 - direction.z * direction.z).max(1e-6).powf(0.25) }
         }
-        1 => even(PI.sqrt() * texel),
+        1 => even(texel * direction.abs().element_sum().powf(1.5)),
         3 => even(TAU * f64::from(view.turns) * texel),
-        // A mean over a face: root of a sixth of the sphere, of two units.
-        2 => even((PI / 6.0).sqrt() * texel),
+        2 => {
+            let near = direction.abs().max_element();
+            Cone { rise: texel * near, side: texel * near.powf(1.5) }
+        }
         _ => even(f64::from(view.half_width) * texel * direction.dot(vec3(view.axis_z)).powf(1.5)),
     }
 }

@@ -4,10 +4,12 @@
 
 use serde_json::{Value, json};
 use skyloom::image::{Image, ImageEncoding, sha256_hex};
+use skyloom::projection::SphereLayout;
 use skyloom::render::{Images, Job, RenderError, Renderer, RendererOptions, Texture, Watch};
 use skyloom::request::Request;
 use skyloom::scene::Scene;
 use skyloom::tables::{MixTables, TableLibrary};
+use std::f64::consts::PI;
 use std::ops::{Deref, DerefMut};
 use std::sync::{Arc, LazyLock, Mutex, PoisonError};
 
@@ -69,6 +71,19 @@ pub(crate) fn mean(texture: &Texture, channel: usize) -> f64 {
     let channels = texture.channels.len();
     let values = texture.data.iter().skip(channel).step_by(channels);
     values.map(|value| f64::from(*value)).sum::<f64>() / (texture.data.len() / channels) as f64
+}
+
+/// Root of the solid angle of a texel of a sky so many texels high (a cube's face is), radians.
+pub(crate) fn texel_side(layout: SphereLayout, size: u32, direction: [f64; 3]) -> f64 {
+    let (near, texel) = (direction.map(f64::abs), 2.0 / f64::from(size));
+    match layout {
+        SphereLayout::Equirect => 0.5 * PI * texel * near[0].hypot(near[1]).sqrt(),
+        SphereLayout::Octahedral => texel * near.iter().sum::<f64>().powf(1.5),
+        SphereLayout::Cube => texel * near.into_iter().fold(0.0, f64::max).powf(1.5),
+        // Higher than wide, if anything.
+        SphereLayout::Fisheye { fov_deg } => 0.5 * texel * fov_deg.to_radians(),
+        SphereLayout::Camera { .. } => panic!("a camera is compared with, not compared"),
+    }
 }
 
 impl Sky {
