@@ -12,7 +12,7 @@ use rayon::prelude::*;
 use serde_json::json;
 use skyloom::atmosphere::wavelength::aerosol_depth;
 use skyloom::atmosphere::{
-    Aerosol, Air, Boundary, End, Layout, Medium, Method, Moments, Quality, SunSky, diffuse_fluxes,
+    Aerosol, Air, Boundary, End, Layout, Medium, Method, Moments, Quality, SlantColumns, SunSky, diffuse_fluxes,
 };
 use skyloom::render::{Images, Job, Renderer, RendererOptions, Watch, encode};
 use skyloom::request::Request;
@@ -326,9 +326,10 @@ fn mixes(criterion: &mut Criterion) {
 /// A new atmosphere at one wavelength by each method, and a new sun in it; both at the four wavelengths of a colour as the renderer has
 /// them.
 fn air(criterion: &mut Criterion) {
-    let ready = |nm: f64| {
+    let columns = || SlantColumns::new(1200.0, 0.0);
+    let at = |nm: f64, columns: &SlantColumns| {
         let aerosol = Aerosol::henyey_greenstein(aerosol_depth(0.1, 1.3, nm), 1200.0, 0.93, 0.7);
-        Air::new(Medium::new(nm, 1.0, 300.0, aerosol), Boundary::ground(0.2))
+        Air::with(columns, Medium::new(nm, 1.0, 300.0, aerosol), Boundary::ground(0.2))
     };
     let [normal, fine] = [Quality::Normal, Quality::Fine].map(|quality| Method::Moments { quality, polarised: true });
     let mut group = criterion.benchmark_group("new atmosphere, one wavelength");
@@ -337,7 +338,7 @@ fn air(criterion: &mut Criterion) {
         [("isotropic", Method::Isotropic), ("second order", Method::SecondOrder), ("normal", normal), ("fine", fine)];
     for (name, method) in methods {
         group.bench_function(name, |bench| {
-            bench.iter_batched(|| ready(525.0), |air| method.prepare(air, &|_| ()), BatchSize::LargeInput);
+            bench.iter_batched(|| at(525.0, &columns()), |air| method.prepare(air, &|_| ()), BatchSize::LargeInput);
         });
     }
     group.finish();
@@ -348,16 +349,20 @@ fn air(criterion: &mut Criterion) {
     let mut group = criterion.benchmark_group("new atmosphere, four wavelengths");
     group.sample_size(10);
     group.bench_function("isotropic", |bench| {
-        bench.iter(|| WAVELENGTHS_NM.map(|nm| Method::Isotropic.prepare(ready(nm), &|_| ())));
+        bench.iter(|| {
+            let columns = columns();
+            WAVELENGTHS_NM.map(|nm| Method::Isotropic.prepare(at(nm, &columns), &|_| ()))
+        });
     });
     group.bench_function("normal", |bench| {
         bench.iter(|| {
             let library = TableLibrary::new(None);
-            Job::prepare(Arc::clone(&scene), request.clone(), &Images::new(), &library, &|_| ()).unwrap()
+            Job::prepare(Arc::clone(&scene), request, &Images::new(), &library, &|_| ()).unwrap()
         });
     });
     group.finish();
-    let waves = WAVELENGTHS_NM.map(|nm| Moments::solve(ready(nm), Quality::Normal, true, &|_| ()));
+    let columns = columns();
+    let waves = WAVELENGTHS_NM.map(|nm| Moments::solve(at(nm, &columns), Quality::Normal, true, &|_| ()));
     let sky = |moments: &Moments| SunSky::new(moments, 2.0, 0.5, Layout::default(), End::Atmosphere);
     let mut group = criterion.benchmark_group("new sun, one wavelength");
     group.bench_function("sky", |bench| bench.iter(|| sky(&waves[2])));

@@ -80,9 +80,8 @@ pub(crate) fn texel_side(layout: SphereLayout, size: u32, direction: [f64; 3]) -
         SphereLayout::Equirect => 0.5 * PI * texel * near[0].hypot(near[1]).sqrt(),
         SphereLayout::Octahedral => texel * near.iter().sum::<f64>().powf(1.5),
         SphereLayout::Cube => texel * near.into_iter().fold(0.0, f64::max).powf(1.5),
-        // Higher than wide, if anything.
-        SphereLayout::Fisheye { fov_deg } => 0.5 * texel * fov_deg.to_radians(),
-        SphereLayout::Camera { .. } => panic!("a camera is compared with, not compared"),
+        // Of a fisheye wider than high, of a camera in its middle.
+        SphereLayout::Fisheye { fov_deg } | SphereLayout::Camera { fov_deg, .. } => 0.5 * texel * fov_deg.to_radians(),
     }
 }
 
