@@ -5,6 +5,7 @@
 @group(0) @binding(CUMULUS_NEXT + 3u) var<storage, read> tiles: array<u32>;
 @group(0) @binding(CUMULUS_NEXT + 4u) var<storage, read_write> output: array<f32>;
 @group(0) @binding(CUMULUS_NEXT + 5u) var<storage, read_write> held: array<vec3<f32>>;
+@group(0) @binding(CUMULUS_NEXT + 6u) var<uniform> air_colours: AirColours;
 
 // Nothing behind is seen through more than this.
 const SKY_OPAQUE: f32 = 0.9998;

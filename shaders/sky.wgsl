@@ -9,6 +9,7 @@
 @group(0) @binding(7) var<storage, read> clouds: array<f32>;
 @group(0) @binding(8) var<storage, read> tiles: array<u32>;
 @group(0) @binding(9) var<storage, read_write> output: array<f32>;
+@group(0) @binding(10) var<uniform> air_colours: AirColours;
 
 // Rays of a texel with the horizon in it, at least: its edge would show steps.
 const SKY_EDGE_RAYS: u32 = 8u;

@@ -3,12 +3,11 @@
 //! A map has a band of rows, from the horizon to straight up or down (their distance from the horizon grows as the square),
 //! and columns from the sun's azimuth to the opposite one. Three such bands lie one below the other: light of the air but for what
 //! aerosol scattered once (red, green, blue), the factors of the aerosol's phase function (of the four wavelengths), and
-//! transmittance (red, green, blue). Below them is the logarithm of the phase function at the four wavelengths, over 4 pi: a row
-//! for an angle from the sun, which grows as the square, the same in all columns. The last rows are those of the matrix that makes
-//! colours of the four wavelengths.
+//! transmittance (red, green, blue). Beside the map are the phase function and the matrix that makes colours of the four wavelengths.
 
 use crate::atmosphere::{Band, End, Layout, SunSky};
 use crate::gpu::HostMap;
+use crate::gpu::layout::{AEROSOL_ROWS, AirColours};
 use crate::scene_air::{CoverMoment, SceneAir, UnderCover, sky};
 use crate::spectrum::Spectrum;
 
@@ -21,8 +20,6 @@ const STEPS: usize = 32;
 /// Rows above the horizon and below it, where less changes.
 const ROWS: [usize; 2] = [64, 32];
 
-/// Rows of the phase function: its peak is a hundredth of a degree wide in them or more.
-const AEROSOL_ROWS: usize = 256;
 /// Less than this is no light.
 const DARK: f64 = 1e-30;
 
@@ -37,6 +34,7 @@ pub(crate) enum Half {
 #[derive(Debug, Clone)]
 pub(crate) struct AirMap {
     pub(crate) map: HostMap,
+    pub(crate) colours: AirColours,
     /// Elevation of the horizon, radians, 0 or below.
     pub(crate) horizon: f64,
 }
@@ -46,8 +44,7 @@ impl AirMap {
     pub(crate) fn vacuum(light: [f64; 3], horizon: f64) -> Self {
         let texel = |[r, g, b]: [f64; 3]| [r, g, b, 0.0];
         let bands = [light, [0.0; 3], [1.0; 3]].map(|value| vec![texel(value); 4]);
-        let map = map(2, bands, &[[0.0; 4]; AEROSOL_ROWS], Spectrum::Visible);
-        Self { map, horizon }
+        Self { map: map(2, bands), colours: colours(|_| [0.0; 4], Spectrum::Visible), horizon }
     }
 
     /// Air from an eye at a height to where the rays of one side of the horizon end, in kcd/m². `cover` is the light of the
@@ -94,18 +91,24 @@ impl AirMap {
             let angle = PI * (row as f64 / (AEROSOL_ROWS - 1) as f64).powi(2);
             std::array::from_fn(|wave| (waves[wave].phase(angle.cos()) / (4.0 * PI)).max(DARK).ln())
         };
-        let phases: Vec<[f64; 4]> = (0..AEROSOL_ROWS).into_par_iter().map(phase).collect();
-        Self { map: map(COLUMNS, bands, &phases, spectrum), horizon: waves[0].horizon_deg.to_radians() }
+        let colours = colours(phase, spectrum);
+        Self { map: map(COLUMNS, bands), colours, horizon: waves[0].horizon_deg.to_radians() }
     }
 }
 
-/// Lays out a map. A row between the bands and what is below them repeats the last one: samples of that do not blend with others.
-fn map(columns: usize, bands: [Vec<[f64; 4]>; 3], phases: &[[f64; 4]], spectrum: Spectrum) -> HostMap {
-    let guard = bands[2][bands[2].len() - columns..].to_vec();
-    let matrix = spectrum.matrix();
-    let rest = phases.iter().chain(&matrix).flat_map(|row| vec![*row; columns]);
-    let texels: Vec<[f64; 4]> = bands.into_iter().flatten().chain(guard).chain(rest).collect();
-    let height = (texels.len() / columns) as u32;
-    let data = texels.into_iter().flatten().map(|value| value as f32).collect();
+fn single(row: [f64; 4]) -> [f32; 4] {
+    row.map(|value| value as f32)
+}
+
+fn colours(phase: impl Fn(usize) -> [f64; 4] + Sync, spectrum: Spectrum) -> AirColours {
+    let mut colours = AirColours { matrix: spectrum.matrix().map(single), ..AirColours::default() };
+    colours.phase.par_iter_mut().enumerate().for_each(|(row, value)| *value = single(phase(row)));
+    colours
+}
+
+/// Lays out a map.
+fn map(columns: usize, bands: [Vec<[f64; 4]>; 3]) -> HostMap {
+    let height = (bands.iter().map(Vec::len).sum::<usize>() / columns) as u32;
+    let data = bands.into_iter().flatten().flat_map(single).collect();
     HostMap { width: columns as u32, height, channels: 4, data }
 }

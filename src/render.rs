@@ -17,6 +17,7 @@ mod sky;
 mod stages;
 
 pub use crate::job::{Fault, Images, Job, RenderError, Texture, Watch};
+pub use crate::shade::SkyAir;
 pub use file::{encode, encode_to};
 pub use stages::{SkyStages, Stages};
 

@@ -16,8 +16,8 @@ pub(crate) use ground::{GroundSun, SWEPT_BYTES, TowardsSun, points, towards_sun}
 use inputs::{DrawnOn, cloud_binds, each, early, held};
 pub(crate) use inputs::{Inputs, LayerInputs};
 pub(crate) use method::SlabLight;
-pub use sky::SkyClouds;
 pub(crate) use sky::{DeviceAir, GroundLit, OnGround, SkyCumulus, SkyInputs, SkyLayer, ground_radiance, sky_band};
+pub use sky::{SkyAir, SkyClouds};
 use std::time::Instant;
 pub(crate) use tiles::dip;
 

@@ -204,7 +204,7 @@ fn skies_of_layers_that_are_drawn_together() {
             assert_eq!(view.together, 1);
             let (stages, read) = (&each[i], maps_of[i].read(false, behind));
             let sunlight = reference::cloud::sunlight(&stages.frame, &stages.tables, stages.slab.as_ref().unwrap());
-            let given = (&levels[i][..], &map(air));
+            let given = (&levels[i][..], &twin::air(air));
             texels = reference::cloud_sky::main(&stages.frame, view, given, &read, sunlight, &texels, DVec2::ZERO);
         }
         let twin: Vec<f64> = texels.iter().flat_map(|texel| texel.texel().to_array()).collect();

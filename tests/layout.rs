@@ -8,13 +8,13 @@ use naga::valid::{Capabilities, ValidationFlags, Validator};
 use naga::{Expression, Literal, Module, ShaderStage, TypeInner};
 use skyloom::cumulus::{self, dressed};
 use skyloom::gpu::layout::{
-    self, Backdrop, Blend, Blur, Cells, Columns, Cumulus, CumulusSurface, Disc, DiscPlace, DiscWay, Eddies, Frame,
-    Histogram, LatticeLight, Medium, Octaves, Placement, Remainder, Share, SkyView, Step, Streets, Sun, SunMaps,
-    Transfer, Turned, View,
+    self, AEROSOL_ROWS, AirColours, Backdrop, Blend, Blur, Cells, Columns, Cumulus, CumulusSurface, Disc, DiscPlace,
+    DiscWay, Eddies, Frame, Histogram, LatticeLight, Medium, Octaves, Placement, Remainder, Share, SkyView, Step,
+    Streets, Sun, SunMaps, Transfer, Turned, View,
 };
 use skyloom::gpu::shaders::{self, Shader};
 use skyloom::projection::SphereLayout;
-use skyloom::reference::{air, cloud_lattice, cloud_plane, cloud_sky, path_sampled, path_seen, sky, sphere};
+use skyloom::reference::{cloud_lattice, cloud_plane, cloud_sky, path_sampled, path_seen, sky, sphere};
 use skyloom::reference::{cumulus as seen, cumulus_forward, cumulus_surface};
 use skyloom::slab::fluxes;
 use skyloom::slab::phases as tables;
@@ -111,6 +111,7 @@ fn host_layouts() -> Vec<(&'static str, Layout)> {
             spare_1,
             spare_2,
         }),
+        host_layout!(AirColours { phase, matrix }),
         host_layout!(Backdrop { sun, horizon, extent_m, spare, spare_2 }),
         host_layout!(Cumulus {
             sun,
@@ -447,7 +448,7 @@ fn constants_of_the_sky() {
     for shader in [&shaders::SKY_FORWARD, &shaders::SKY_ANALYTIC, &shaders::SKY_TABULATED] {
         assert_constants(shader, &[&sphere[..], &kinds, &clouds].concat());
     }
-    assert_constants(&shaders::SKY_ABOVE, &[("AEROSOL_ROWS", air::AEROSOL_ROWS)]);
+    assert_constants(&shaders::SKY_ABOVE, &[("AEROSOL_ROWS", AEROSOL_ROWS as f64)]);
     assert_constants(&shaders::SKY, &[("SKY_EDGE_RAYS", f64::from(sky::SKY_EDGE_RAYS))]);
     // A tile is a workgroup.
     for shader in [&shaders::SKY_ANALYTIC, &shaders::SKY_TABULATED, &shaders::SKY, &shaders::SKY_ABOVE] {

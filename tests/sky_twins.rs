@@ -160,7 +160,7 @@ fn check_clouds(stages: &Stages, sky: &SkyStages, given: &Given, dressed: &[Vec<
         });
         let mut clouds = vec![Shaded::default(); sky.clouds.texels.len() / 4];
         for (view, air) in sky.clouds.passes.iter().zip(&sky.clouds.air) {
-            let air = map(air);
+            let air = twin::air(air);
             let maps = reference::cloud::Maps {
                 transmittance: &transmittance,
                 reflectance: &reflectance,
@@ -202,7 +202,7 @@ fn check_clouds(stages: &Stages, sky: &SkyStages, given: &Given, dressed: &[Vec<
 }
 
 fn check_sky(stages: &Stages, sky: &SkyStages, given: &Given) {
-    let (ground, air) = (maps(&sky.ground), sky.air.each_ref().map(map));
+    let (ground, air) = (maps(&sky.ground), sky.air.each_ref().map(twin::air));
     let clouds: Vec<f64> = sky.clouds.texels.iter().copied().map(f64::from).collect();
     let twin = |given: &Given| {
         let view = (given.turned)(sky.view);
@@ -288,15 +288,14 @@ fn skies_in_air_of_coarse_particles() {
         let query = [projection, &[("eye", EYES[0]), ("tolerance", "0.1")]].concat();
         let stages = hazy.stages("sky", &query);
         let sky = stages.sky.as_ref().unwrap();
-        let (ground, air) = (maps(&sky.ground), sky.air.each_ref().map(map));
+        let (ground, air) = (maps(&sky.ground), sky.air.each_ref().map(twin::air));
         let clouds: Vec<f64> = sky.clouds.texels.iter().copied().map(f64::from).collect();
         let behind = reference::sky::Behind { ground: &ground, air: &air };
         let twin = reference::sky::main(&sky.backdrop, &sky.view, &behind, &clouds, DVec2::ZERO);
         let bounds: Vec<f64> = twin.iter().map(|value| 2e-3 * value.abs()).collect();
         check_each("sky in air", &stages.output, &twin, &bounds);
         // The aureole is there: its factor is that of each wavelength.
-        let rows = air[0].height - reference::air::AEROSOL_ROWS as usize - 4;
-        let aureole = air[0].texel(0, rows / 3 + 5);
+        let aureole = air[0].map.texel(0, air[0].map.height / 3 + 5);
         assert!(aureole.iter().all(|factor| *factor > 0.0) && aureole[0] != aureole[3], "{aureole:?}");
     }
 }

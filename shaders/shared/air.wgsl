@@ -1,10 +1,7 @@
 // Air between the eye and what it sees, from a map of src/air_map.rs.
 
-// Rows of the aerosol's phase function below the bands, and below those the rows of the colours' matrix.
+// Steps of the aerosol's phase function from the sun to the opposite.
 const AEROSOL_ROWS: f32 = 256.0;
-const COLOUR_ROWS: f32 = 3.0;
-// A row between the bands and these.
-const GUARD_ROWS: f32 = 1.0;
 
 struct AirLight {
     light: vec3<f32>,   // what it adds
@@ -21,7 +18,7 @@ fn air_light(
     below: bool,
 ) -> AirLight {
     let size = vec2<f32>(textureDimensions(map));
-    let rows = (size.y - GUARD_ROWS - AEROSOL_ROWS - COLOUR_ROWS) / 3.0;
+    let rows = size.y / 3.0;
     // Arcs of tangents: drivers compute those of sines badly.
     let elevation = atan2(direction.z, length(direction.xy));
     let reach = select(0.5 * PI, -0.5 * PI, below) - horizon;
@@ -36,14 +33,11 @@ fn air_light(
     let aureole = sample_clamped(map, clamped, vec2<f32>(u, (row + rows) / size.y));
     let through = sample_clamped(map, clamped, vec2<f32>(u, (row + 2.0 * rows) / size.y)).rgb;
     let away = atan2(length(cross(direction, sun)), dot(direction, sun));
-    let first = 3.0 * rows + GUARD_ROWS;
-    let phase_row = first + sqrt(clamp(away / PI, 0.0, 1.0)) * (AEROSOL_ROWS - 1.0) + 0.5;
-    let once = exp(sample_clamped(map, clamped, vec2<f32>(u, phase_row / size.y))) * aureole;
-    let colours = i32(first + AEROSOL_ROWS);
+    let place = sqrt(clamp(away / PI, 0.0, 1.0)) * (AEROSOL_ROWS - 1.0);
+    let step = min(u32(place), u32(AEROSOL_ROWS) - 2u);
+    let once = exp(mix(air_colours.phase[step], air_colours.phase[step + 1u], place - f32(step))) * aureole;
     let aerosol = vec3<f32>(
-        dot(textureLoad(map, vec2<i32>(0, colours), 0), once),
-        dot(textureLoad(map, vec2<i32>(0, colours + 1), 0), once),
-        dot(textureLoad(map, vec2<i32>(0, colours + 2), 0), once),
+        dot(air_colours.matrix[0], once), dot(air_colours.matrix[1], once), dot(air_colours.matrix[2], once)
     );
     return AirLight(max(air + aerosol, vec3<f32>(0.0)), through);
 }

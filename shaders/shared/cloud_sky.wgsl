@@ -11,8 +11,9 @@ alias CloudView = SkyView;
 @group(0) @binding(3) var trilinear: sampler;
 @group(0) @binding(14) var<storage, read> tiles: array<u32>;
 @group(0) @binding(15) var air: texture_2d<f32>; // between the eye and the layer
+@group(0) @binding(16) var<uniform> air_colours: AirColours;
 // The method's own bindings begin here.
-const METHOD_BINDING: u32 = 16u;
+const METHOD_BINDING: u32 = 17u;
 // Samples along a ray through the layer, at most.
 const PATH_MOST_STEPS: f32 = 1024.0;
 

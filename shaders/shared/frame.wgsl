@@ -183,6 +183,13 @@ struct Backdrop {
     spare_2: vec2<u32>,
 }
 
+// How aerosol scatters, and what colours are made of: the same for all maps of air of an eye. A file that looks at such maps binds it
+// as air_colours.
+struct AirColours {
+    phase: array<vec4<f32>, 256>, // logarithm of the phase function at the four wavelengths, over 4 pi
+    matrix: array<vec4<f32>, 3>,  // rows of the matrix from these to colours
+}
+
 // A Gaussian blur along one axis of a periodic map.
 struct Blur {
     axis: vec2<i32>,          // (1, 0) or (0, 1)

@@ -276,6 +276,25 @@ pub struct Backdrop {
     pub spare_2: [u32; 2],
 }
 
+/// Steps of the aerosol's phase function from the sun to the opposite: its peak is a hundredth of a degree wide in them or more.
+pub const AEROSOL_ROWS: usize = 256;
+
+/// How aerosol scatters, and what colours are made of.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
+pub struct AirColours {
+    /// Logarithm of the phase function at the four wavelengths, over 4 pi, at angles from the sun that grow as the square.
+    pub phase: [[f32; 4]; AEROSOL_ROWS],
+    /// Rows of the matrix from these to colours.
+    pub matrix: [[f32; 4]; 3],
+}
+
+impl Default for AirColours {
+    fn default() -> Self {
+        Self::zeroed()
+    }
+}
+
 /// A Gaussian blur along one axis of a periodic map.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq, Default, Pod, Zeroable)]

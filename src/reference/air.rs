@@ -1,6 +1,7 @@
 //! Air between the eye and what it sees. Twin of `shaders/shared/air.wgsl`.
 
 use super::map::{Map, rgb};
+use crate::gpu::layout::{AEROSOL_ROWS, AirColours};
 use glam::{DVec3, DVec4};
 use std::f64::consts::{FRAC_PI_2, PI};
 
@@ -24,17 +25,20 @@ pub struct Look {
     pub below: bool,
 }
 
-/// Rows of the aerosol's phase function below the bands.
-pub const AEROSOL_ROWS: f64 = 256.0;
-/// Rows of the colours' matrix below those, and between bands and these.
-const COLOUR_ROWS: f64 = 3.0;
-const GUARD_ROWS: f64 = 1.0;
+/// A map of air of three bands, and how aerosol scatters.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Air {
+    /// The map.
+    pub map: Map,
+    /// The rest.
+    pub colours: AirColours,
+}
 
-/// Air in a direction, from a map of three bands.
-pub fn air_light(map: &Map, direction: DVec3, look: &Look) -> AirLight {
-    let Look { sun, horizon, below } = *look;
+/// Air in a direction.
+pub fn air_light(air: &Air, direction: DVec3, look: &Look) -> AirLight {
+    let (Air { map, colours }, Look { sun, horizon, below }) = (air, *look);
     let height = map.height as f64;
-    let rows = (height - GUARD_ROWS - AEROSOL_ROWS - COLOUR_ROWS) / 3.0;
+    let rows = height / 3.0;
     let elevation = direction.z.atan2(direction.truncate().length());
     let reach = if below { -FRAC_PI_2 } else { FRAC_PI_2 } - horizon;
     let row = ((elevation - horizon) / reach).clamp(0.0, 1.0).sqrt() * (rows - 1.0) + 0.5;
@@ -43,12 +47,11 @@ pub fn air_light(map: &Map, direction: DVec3, look: &Look) -> AirLight {
     let u = (azimuth / PI * (map.width as f64 - 1.0) + 0.5) / map.width as f64;
     let at = |row: f64| map.sample_clamped([u, row / height]);
     let away = direction.cross(sun).length().atan2(direction.dot(sun));
-    let first = 3.0 * rows + GUARD_ROWS;
-    let ln_phase = at(first + (away / PI).clamp(0.0, 1.0).sqrt() * (AEROSOL_ROWS - 1.0) + 0.5);
-    let aureole = at(row + rows);
-    let once = DVec4::from_array(std::array::from_fn(|wave| ln_phase[wave].exp() * aureole[wave]));
-    let colours = (first + AEROSOL_ROWS) as usize;
-    let colour = |c: usize| DVec4::from_array(map.texel(0, colours + c)).dot(once);
-    let aerosol = DVec3::new(colour(0), colour(1), colour(2));
+    let place = (away / PI).clamp(0.0, 1.0).sqrt() * (AEROSOL_ROWS - 1) as f64;
+    let step = (place as usize).min(AEROSOL_ROWS - 2);
+    let four = |row: [f32; 4]| DVec4::from_array(row.map(f64::from));
+    let ln_phase = four(colours.phase[step]).lerp(four(colours.phase[step + 1]), place - step as f64);
+    let once = ln_phase.exp() * DVec4::from_array(at(row + rows));
+    let aerosol = DVec3::from_array(colours.matrix.map(|row| four(row).dot(once)));
     AirLight { light: (rgb(at(row)) + aerosol).max(DVec3::ZERO), through: rgb(at(row + 2.0 * rows)) }
 }

@@ -1,6 +1,6 @@
 //! Texels of the texture sky: clouds along rays from an eye over a curved Earth. Twin of `shaders/shared/cloud_sky.wgsl`.
 
-use super::air::{Look, air_light};
+use super::air::{Air, Look, air_light};
 use super::cloud::{Looked, Maps, Shaded, ViewRay, shade_ray};
 use super::frame::{MIN_COSINE, domain_uv, vec3};
 use super::map::Map;
@@ -83,7 +83,7 @@ pub fn sky_ray(
 pub fn sky_texel(
     frame: &Frame,
     view: &SkyView,
-    (levels, air): (&[Map], &Map),
+    (levels, air): (&[Map], &Air),
     maps: &Maps<'_>,
     sunlight: &impl Fn(&ViewRay) -> DVec3,
     middle: DVec2,
@@ -132,7 +132,7 @@ pub fn sky_texel(
 pub fn main(
     frame: &Frame,
     view: &SkyView,
-    (levels, air): (&[Map], &Map),
+    (levels, air): (&[Map], &Air),
     maps: &Maps<'_>,
     sunlight: impl Fn(&ViewRay) -> DVec3 + Sync,
     before: &[Shaded],

@@ -1,7 +1,7 @@
 //! Output: radiance that arrives at the eye from each direction: clouds, and the sky or the ground behind them. Twin of
 //! `shaders/sky.wgsl` and, where no ray meets the ground, of `shaders/sky_above.wgsl`.
 
-use super::air::{Look, air_light};
+use super::air::{Air, Look, air_light};
 use super::frame::{domain_uv, vec3};
 use super::map::{Map, rgb};
 use super::sphere::{
@@ -20,7 +20,7 @@ pub struct Behind<'a> {
     /// Radiance of the ground, as mip levels.
     pub ground: &'a [Map],
     /// Air from the eye to space, and to the ground.
-    pub air: &'a [Map; 2],
+    pub air: &'a [Air; 2],
 }
 
 /// Light from behind the clouds in the texel at `middle`, counted in texels.

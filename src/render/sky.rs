@@ -242,10 +242,7 @@ fn stages(
         albedo: GroundMap::new(&job.scene().ground.albedo, job.images())?.means(texels),
         irradiance,
         ground: read(&inputs.ground.radiance)?,
-        air: [
-            gpu.read_map(&inputs.air[0].map, 0, watch.deadline)?,
-            gpu.read_map(&inputs.air[1].map, 0, watch.deadline)?,
-        ],
+        air: [inputs.air[0].read(gpu, watch.deadline)?, inputs.air[1].read(gpu, watch.deadline)?],
         clouds: SkyClouds { passes: clouds.passes.into_iter().map(whole).collect(), ..clouds },
     })
 }

@@ -7,7 +7,7 @@ use crate::gpu::layout::{Backdrop, Disc, Frame, Share, SkyView, View};
 use crate::gpu::{HostMap, PassRecord, Target};
 use crate::job::{Job, RenderError, Watch};
 use crate::light::{ColumnMaps, Energy, LatticeMaps};
-use crate::shade::SkyClouds;
+use crate::shade::{SkyAir, SkyClouds};
 use crate::slice::{self, HostSlab, HostTables};
 use crate::sun_rays::SunRays;
 use std::sync::{Arc, PoisonError};
@@ -104,7 +104,7 @@ pub struct SkyStages {
     /// Radiance of the ground, all mip levels.
     pub ground: Vec<HostMap>,
     /// Air from the eye to space, and to the ground.
-    pub air: [HostMap; 2],
+    pub air: [SkyAir; 2],
     /// The clouds.
     pub clouds: SkyClouds,
 }

@@ -7,7 +7,7 @@ use super::tiles::{self, TILE};
 use crate::air_map::AirMap;
 use crate::disc::Disc;
 use crate::field::Levels;
-use crate::gpu::layout::{Backdrop, SkyView, View};
+use crate::gpu::layout::{AirColours, Backdrop, SkyView, View};
 use crate::gpu::shaders::Shader;
 use crate::gpu::{Bind, Gpu, GpuError, HostMap, Pass, Target, binds, shaders};
 use crate::projection::Sphere;
@@ -36,6 +36,9 @@ pub(crate) struct SkyCumulus<'a> {
 /// A map of air on the device.
 pub(crate) struct DeviceAir {
     pub(crate) map: Target,
+    /// How aerosol scatters, the same for all maps of an eye; and that on the device.
+    pub(crate) colours: AirColours,
+    bound_colours: wgpu::Buffer,
     /// Elevation of its horizon, radians.
     pub(crate) horizon: f64,
 }
@@ -43,7 +46,14 @@ pub(crate) struct DeviceAir {
 impl DeviceAir {
     pub(crate) fn new(gpu: &Gpu, air: &AirMap) -> Self {
         let HostMap { width, height, channels, data } = &air.map;
-        Self { map: gpu.texture_from("air", [*width, *height], *channels, data), horizon: air.horizon }
+        let bound_colours = gpu.uniform("air colours", &air.colours);
+        let map = gpu.texture_from("air", [*width, *height], *channels, data);
+        Self { map, colours: air.colours, bound_colours, horizon: air.horizon }
+    }
+
+    /// What a pass made of it.
+    pub(crate) fn read(&self, gpu: &Gpu, deadline: Option<Instant>) -> Result<SkyAir, GpuError> {
+        Ok(SkyAir { map: gpu.read_map(&self.map, 0, deadline)?, colours: self.colours })
     }
 }
 
@@ -77,13 +87,22 @@ impl GroundLit {
     }
 }
 
+/// A map of air as a pass had it: for tests.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SkyAir {
+    /// The map.
+    pub map: HostMap,
+    /// How aerosol scatters.
+    pub colours: AirColours,
+}
+
 /// What lies between the passes of a sky: for tests.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct SkyClouds {
     /// The passes of the clouds in their order, each with the view that it took.
     pub passes: Vec<SkyView>,
     /// Air before the layer of each.
-    pub air: Vec<HostMap>,
+    pub air: Vec<SkyAir>,
     /// Radiance of all clouds, premultiplied, and alpha.
     pub texels: Vec<f32>,
 }
@@ -167,7 +186,7 @@ pub(crate) fn sky_band(
         let hidden = |other: &SkyLayer<'_>| other.base_m < layer.base_m && other.top_m > eye_m;
         let first = rising && !inputs.layers.iter().any(hidden);
         let drawn_on = DrawnOn { texels: &clouds, behind: light.beyond(!rising), held: &held, first };
-        let pass = cloud_pass(gpu, layer, &before.map, &gpu.uniform("view", &view), rising, &shown, &drawn_on);
+        let pass = cloud_pass(gpu, layer, before, &gpu.uniform("view", &view), rising, &shown, &drawn_on);
         passes.extend(pass.ok_or_else(|| early("sky"))?);
     }
     let (backdrop, bound) = (gpu.uniform("backdrop", &inputs.backdrop), gpu.uniform("view", view));
@@ -175,16 +194,26 @@ pub(crate) fn sky_band(
     passes.extend(over(gpu, &shaders::SKY, &below, |tiles| {
         let mut binds = binds![&backdrop, &bound, &inputs.ground.radiance, &gpu.trilinear];
         binds.extend(binds![&inputs.air[0].map, &inputs.air[1].map, &gpu.clamp, &clouds, tiles, &output]);
+        binds.extend(binds![&inputs.air[0].bound_colours]);
         binds
     }));
     let above = tiles::names(&tiles, |up| !tiles::meets_ground(up, eye_m));
     passes.extend(over(gpu, &shaders::SKY_ABOVE, &above, |tiles| {
-        binds![&backdrop, &bound, &inputs.air[0].map, &gpu.clamp, &clouds, tiles, &output]
+        binds![
+            &backdrop,
+            &bound,
+            &inputs.air[0].map,
+            &gpu.clamp,
+            &clouds,
+            tiles,
+            &output,
+            &inputs.air[0].bound_colours,
+        ]
     }));
     gpu.run("sky", deadline, &passes)?;
     if let Some(kept) = kept {
         kept.passes = views.iter().map(|(view, _)| *view).collect();
-        let read = |(_, before): &(SkyView, &Arc<DeviceAir>)| gpu.read_map(&before.map, 0, deadline);
+        let read = |(_, before): &(SkyView, &Arc<DeviceAir>)| before.read(gpu, deadline);
         kept.air = views.iter().map(read).collect::<Result<_, _>>()?;
         kept.texels.extend(gpu.read(&clouds, 4 * texels, deadline)?);
     }
@@ -231,6 +260,7 @@ fn cumulus_pass(
     let (shader, mut binds) = cumulus.inputs.on_sky(gpu).ok_or_else(|| early("cumulus"))?;
     Ok(over(gpu, shader, &shown, |tiles| {
         binds.extend(binds![&gpu.uniform("view", &view), &before.map, &gpu.clamp, tiles, clouds, held]);
+        binds.extend(binds![&before.bound_colours]);
         binds
     }))
 }
@@ -249,7 +279,7 @@ fn over(
 fn cloud_pass(
     gpu: &Gpu,
     layer: &SkyLayer<'_>,
-    air: &Target,
+    air: &DeviceAir,
     view: &wgpu::Buffer,
     rising: bool,
     tiles: &[u32],
@@ -261,7 +291,7 @@ fn cloud_pass(
     let (field, lattice) = (layer.inputs.field, layer.inputs.light.and_then(|light| light.lattice.as_ref()));
     let shader = lattice.map_or_else(|| method.sky_shader(field), |_| method.sky_lattice_shader(field));
     Some(over(gpu, shader, tiles, |tiles| {
-        shared.extend(binds![tiles, air]);
+        shared.extend(binds![tiles, &air.map, &air.bound_colours]);
         shared.extend(method.binds(gpu, tables, !rising));
         shared.extend(lattice.map(|lattice| lattice.binds(gpu)).into_iter().flatten());
         shared

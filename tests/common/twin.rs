@@ -5,7 +5,8 @@ use super::compare::{Tolerance, assert_close, assert_within};
 use super::sky::Sky;
 use skyloom::gpu::HostMap;
 use skyloom::reference::Map;
-use skyloom::render::{Renderer, RendererOptions, Stages, Watch};
+use skyloom::reference::air::Air;
+use skyloom::render::{Renderer, RendererOptions, SkyAir, Stages, Watch};
 use std::sync::{LazyLock, Mutex, MutexGuard, PoisonError};
 
 /// Half a unit in the last place of single precision, relative.
@@ -54,6 +55,10 @@ impl Sky {
 pub(crate) fn unfiltered() -> MutexGuard<'static, Renderer> {
     static DEVICE: LazyLock<Mutex<Renderer>> = LazyLock::new(|| Mutex::new(open(false)));
     lock(&DEVICE)
+}
+
+pub(crate) fn air(host: &SkyAir) -> Air {
+    Air { map: map(&host.map), colours: host.colours }
 }
 
 pub(crate) fn map(host: &HostMap) -> Map {
