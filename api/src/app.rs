@@ -24,7 +24,7 @@ use crate::mark;
 use crate::meaning::Meanings;
 use crate::metrics::Metrics;
 use crate::problem::ApiError;
-use crate::render_queue::{Factory, RenderQueue};
+use crate::render_queue::{Factory, RenderQueue, SideBySide};
 use crate::replies::Replies;
 use crate::shelf::Quota;
 use crate::single_flight::SingleFlight;
@@ -156,8 +156,13 @@ impl App {
             jobs: Jobs::open(Arc::clone(&store), &config).map_err(OpenError::Jobs)?,
             clock: Arc::new(Wall),
             images: ImageStore::open(store, limits.image(), limits.image_store_bytes, cache.image_memory_bytes)?,
-            queue: RenderQueue::start(factory, config.queue.depth, limits.render_memory_bytes)
-                .map_err(OpenError::Thread)?,
+            queue: RenderQueue::start(
+                factory,
+                config.queue.depth,
+                limits.render_memory_bytes,
+                SideBySide::new(config.render.side_by_side),
+            )
+            .map_err(OpenError::Thread)?,
             replies: Replies::new(cache.memory_bytes, finished, Arc::clone(&spool)),
             spool,
             bounded: [tables, textures],

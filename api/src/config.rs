@@ -235,6 +235,7 @@ impl Config {
             count("queue.depth", queue.depth, 100_000),
             seconds("queue.timeout_s", queue.timeout_s, 1),
             bytes("render.kept_bytes", render.kept_bytes, 0),
+            ("render.side_by_side", render.side_by_side as u64, 0..=16),
             bytes("cache.memory_bytes", cache.memory_bytes, 0),
             bytes("cache.image_memory_bytes", cache.image_memory_bytes, 0),
         ]

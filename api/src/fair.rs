@@ -63,9 +63,9 @@ impl<T> Fair<T> {
         Some(taken)
     }
 
-    /// Whether anything that is wanted waits.
-    pub fn any(&self, wanted: impl Fn(&Waiting<T>) -> bool) -> bool {
-        self.waiting.iter().any(wanted)
+    /// All that waits, in no order.
+    pub fn iter(&self) -> impl Iterator<Item = &Waiting<T>> {
+        self.waiting.iter()
     }
 
     /// Takes something out of the line.

@@ -2,7 +2,8 @@
 //!
 //! One thread takes jobs in turn. While it is at a large one, a second one with a renderer of its own takes others that wait, while those
 //! are at what is not small, a third one takes small ones, and a fourth one quick ones, so that nobody who asks for little waits for
-//! what somebody else asked. Between two bands whoever is at more gives way to whoever is at less. All survive panics and lost devices by making a new renderer; the first tells its state, so that
+//! what somebody else asked. Where the device is the processor itself, as many jobs that are alike run side by side as there are cores, as the passes
+//! of one leave cores idle. Between two bands whoever is at more gives way to whoever is at less. All survive panics and lost devices by making a new renderer; the first tells its state, so that
 //! readiness says what rendering would find.
 
 use std::fmt;
@@ -19,10 +20,16 @@ use crate::single_flight::raised;
 
 mod core_renderer;
 mod cost;
+mod homes;
 mod line;
 mod order;
+mod pool;
 mod renderer;
 mod room;
+mod side_by_side;
+#[cfg(test)]
+#[allow(clippy::unwrap_used, clippy::panic, reason = "a test stops where it fails")]
+mod side_by_side_tests;
 mod slots;
 #[cfg(test)]
 #[allow(clippy::unwrap_used, clippy::panic, reason = "a test stops where it fails")]
@@ -32,12 +39,14 @@ mod worker;
 
 pub use core_renderer::core_factory;
 pub(crate) use cost::cost_of;
-use line::{LANES, Lane, Line};
+use line::Line;
 use order::Order;
 pub(crate) use order::failure;
 pub use order::{Failure, Held};
+use pool::{MAIN, Pool};
 pub use renderer::{Adapter, Factory, Picture, Render};
 use room::Room;
+pub use side_by_side::SideBySide;
 use slots::Pictures;
 use turns::Turns;
 pub use worker::State;
@@ -48,7 +57,7 @@ pub struct RenderQueue {
     line: Arc<Line>,
     state: watch::Receiver<State>,
     shared: Arc<Shared>,
-    threads: [JoinHandle<()>; LANES],
+    threads: Vec<JoinHandle<()>>,
 }
 
 impl fmt::Debug for RenderQueue {
@@ -69,27 +78,28 @@ impl Drop for InLine<'_> {
 impl RenderQueue {
     /// Starts the render threads; at most `depth` small jobs and half as many large ones wait. The threads beside the main one take so many
     /// bytes of memory together, by estimate.
-    pub fn start(factory: Factory, depth: usize, memory_bytes: u64) -> std::io::Result<Self> {
+    pub fn start(factory: Factory, depth: usize, memory_bytes: u64, side_by_side: SideBySide) -> std::io::Result<Self> {
         let (tell, state) = watch::channel(State::Starting);
-        let (line, shared) = (Arc::new(Line::new(depth)), Arc::new(Shared::default()));
-        let (turns, room) = (Arc::<Turns>::default(), Room::new(memory_bytes));
-        let (factory, tell, slots) = (Arc::new(Mutex::new(factory)), Arc::new(tell), Pictures::new());
-        let worker = || Worker {
-            factory: Arc::clone(&factory),
+        let pool = Pool::new(side_by_side.most());
+        let count = pool.count();
+        let (line, shared) = (Arc::new(Line::new(depth, pool)), Arc::new(Shared::default()));
+        let worker = Worker {
+            factory: Arc::new(Mutex::new(factory)),
             line: Arc::clone(&line),
-            tell: Arc::clone(&tell),
+            tell: Arc::new(tell),
             shared: Arc::clone(&shared),
-            slots: slots.clone(),
-            turns: Arc::clone(&turns),
-            room: Arc::clone(&room),
+            slots: Pictures::new(),
+            turns: Arc::<Turns>::default(),
+            room: Room::new(memory_bytes),
+            side_by_side,
         };
-        let (main, express, small, quick) = (worker(), worker(), worker(), worker());
-        let thread = |name: &str| std::thread::Builder::new().name(name.to_owned());
-        let main = thread("render").spawn(move || main.run())?;
-        let express = thread("render others").spawn(move || express.help(Lane::Express))?;
-        let small = thread("render small").spawn(move || small.help(Lane::Small))?;
-        let quick = thread("render quick").spawn(move || quick.help(Lane::Quick))?;
-        Ok(Self { line, state, shared, threads: [main, express, small, quick] })
+        let thread = |number: usize| {
+            let worker = worker.clone();
+            let builder = std::thread::Builder::new().name(format!("render {number}"));
+            builder.spawn(move || if number == MAIN { worker.run() } else { worker.help(number) })
+        };
+        let threads = (0..count).map(thread).collect::<Result<_, _>>()?;
+        Ok(Self { line, state, shared, threads })
     }
 
     /// State of the render thread.
@@ -143,7 +153,7 @@ impl RenderQueue {
         let (reply, answer) = oneshot::channel();
         let watch = Watch { deadline: Some(deadline), cancelled: Arc::clone(&cancelled), ..Watch::default() };
         let cost = cost::cost(&job);
-        let number = self.line.put(client, cost, Order { job, watch, reply, again: false })?;
+        let number = self.line.put(client, cost, Order { job, watch, reply, since: Instant::now(), again: false })?;
         // What nobody waits for any more takes no place.
         let _in_line = InLine(&self.line, number);
         tokio::select! {

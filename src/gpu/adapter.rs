@@ -21,6 +21,11 @@ pub struct AdapterSummary {
 const HOW_TO_INSTALL: &str = "no Vulkan driver was found; install a graphics driver, or the software one: \
     apt-get install mesa-vulkan-drivers libvulkan1 (Debian, Ubuntu), dnf install mesa-vulkan-drivers (Fedora)";
 
+impl AdapterSummary {
+    /// The kind of an adapter whose work the processor does.
+    pub const SOFTWARE: &str = "software";
+}
+
 fn instance() -> wgpu::Instance {
     let mut descriptor = wgpu::InstanceDescriptor::new_without_display_handle_from_env();
     descriptor.flags = wgpu::InstanceFlags::empty();
@@ -54,7 +59,7 @@ fn summary(info: &wgpu::AdapterInfo, chosen: bool) -> AdapterSummary {
         wgpu::DeviceType::DiscreteGpu => "discrete",
         wgpu::DeviceType::IntegratedGpu => "integrated",
         wgpu::DeviceType::VirtualGpu => "virtual",
-        wgpu::DeviceType::Cpu => "software",
+        wgpu::DeviceType::Cpu => AdapterSummary::SOFTWARE,
         wgpu::DeviceType::Other => "other",
     };
     AdapterSummary {

@@ -75,6 +75,8 @@ pub struct Render {
     pub adapter: String,
     /// Bytes of earlier renders that each renderer may keep for the next ones.
     pub kept_bytes: u64,
+    /// Renderers that take jobs that are alike side by side; 0 leaves it to the device.
+    pub side_by_side: usize,
 }
 
 /// `[log]`: the log on stderr.
@@ -129,7 +131,7 @@ impl Default for Queue {
 
 impl Default for Render {
     fn default() -> Self {
-        Self { adapter: String::new(), kept_bytes: 1 << 30 }
+        Self { adapter: String::new(), kept_bytes: 1 << 30, side_by_side: 0 }
     }
 }
 

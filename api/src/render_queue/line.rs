@@ -3,38 +3,14 @@
 use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
-use super::cost::{LARGE, QUICK, SMALL};
+use super::cost::LARGE;
 use super::order::{Failure, Order};
+use super::pool::{Pool, SETTLED};
 use crate::client::Client;
 use crate::fair::{Fair, Waiting};
 
-/// Seconds for a unit of cost until it is known better, of small and of large jobs: those of a software device.
-const SECONDS_PER_COST: [f64; 2] = [5e-7, 3e-7];
-/// Weight of the latest job in what is known of them.
-const LATEST: f64 = 0.2;
 /// Longest time after which a client is told to come back, s.
 const LONGEST_RETRY_S: f64 = 3600.0;
-
-/// So long after its first job a server gets renderers beside its main one, before anybody waits for them.
-const SETTLED: Duration = Duration::from_secs(10);
-
-/// Which jobs a renderer takes.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Lane {
-    /// All.
-    Main,
-    /// All but large ones, while the main one is at a large one.
-    Express,
-    /// Small ones, while those above are at what takes longer.
-    Small,
-    /// Quick ones, while those above are at what takes longer.
-    Quick,
-}
-
-/// The cost that a renderer takes at most, lane by lane.
-const MOST: [f64; LANES] = [f64::INFINITY, LARGE, SMALL, QUICK];
-/// Renderers.
-pub(super) const LANES: usize = 4;
 
 /// The line.
 #[derive(Debug)]
@@ -47,38 +23,15 @@ pub(super) struct Line {
 #[derive(Debug)]
 struct State {
     orders: Fair<Order>,
+    pool: Pool,
     is_closed: bool,
-    /// Cost of what each renderer is at.
-    running: [Option<f64>; LANES],
-    /// The renderers that are there; that of the main lane is waited for.
-    made: [bool; LANES],
-    /// When the first job began.
-    first: Option<Instant>,
-    seconds_per_cost: [f64; 2],
     refused: u64,
-}
-
-impl State {
-    /// Seconds until what waits now is done, of small or large jobs.
-    fn wait_s(&self, is_large: bool) -> f64 {
-        let running = self.running[0].filter(|cost| (*cost > LARGE) == is_large).unwrap_or(0.0);
-        let cost = running + self.orders.length(is_large).1;
-        cost * self.seconds_per_cost[usize::from(is_large)]
-    }
 }
 
 impl Line {
     /// A line in which so many small jobs may wait, and half as many large ones.
-    pub(super) fn new(depth: usize) -> Self {
-        let state = State {
-            orders: Fair::default(),
-            is_closed: false,
-            running: [None; LANES],
-            made: [true, false, false, false],
-            first: None,
-            seconds_per_cost: SECONDS_PER_COST,
-            refused: 0,
-        };
+    pub(super) fn new(depth: usize, pool: Pool) -> Self {
+        let state = State { orders: Fair::default(), pool, is_closed: false, refused: 0 };
         Self { state: Mutex::new(state), changed: Condvar::new(), depth }
     }
 
@@ -94,7 +47,8 @@ impl Line {
         if state.is_closed {
             return Err(Failure::NotReady("the server is stopping".to_owned()));
         }
-        let retry = Failure::Full(state.wait_s(is_large).ceil().clamp(1.0, LONGEST_RETRY_S) as u32);
+        let wait_s = state.pool.wait_s(is_large, state.orders.length(is_large).1);
+        let retry = Failure::Full(wait_s.ceil().clamp(1.0, LONGEST_RETRY_S) as u32);
         let mut gone = None;
         if state.orders.length(is_large).0 >= most {
             state.refused += 1;
@@ -118,52 +72,61 @@ impl Line {
         drop(gone);
     }
 
-    /// The next job; `None` when the line is closed and there is none left.
-    pub(super) fn take(&self, lane: Lane) -> Option<Waiting<Order>> {
+    /// The next job of a renderer; `None` when the line is closed and there is none left.
+    pub(super) fn take(&self, number: usize) -> Option<Waiting<Order>> {
         let mut state = self.lock();
         loop {
-            let next = if state.takes(lane, state.made) {
-                state.orders.pop(|one| one.cost <= MOST[lane as usize])
-            } else {
-                None
-            };
-            if let Some(next) = next {
-                state.is_at(lane, Some(next.cost));
+            let State { orders, pool, is_closed, .. } = &mut *state;
+            let now = Instant::now();
+            let is_due = |one: &Waiting<Order>| pool.takes_from(number, one).is_some_and(|from| from <= now);
+            if let Some(next) = orders.pop(is_due) {
+                pool.begin(number, &next);
                 self.changed.notify_all();
                 return Some(next);
             }
-            if state.is_closed {
+            if *is_closed {
                 return None;
             }
-            state = self.changed.wait(state).unwrap_or_else(PoisonError::into_inner);
+            let soonest = orders.iter().filter_map(|one| pool.takes_from(number, one)).min();
+            state = match soonest {
+                Some(from) => {
+                    let waited = self.changed.wait_timeout(state, from.saturating_duration_since(now));
+                    waited.unwrap_or_else(PoisonError::into_inner).0
+                }
+                None => self.changed.wait(state).unwrap_or_else(PoisonError::into_inner),
+            };
         }
     }
 
-    /// Waits until a renderer is of help; false when the line is closed. One takes seconds to make, and none that had to be made first would be of
-    /// help: so the second one is made when a large job runs, it and that of small ones soon after the start else, and that of quick ones, which few
-    /// servers need, when the first job waits for it.
-    pub(super) fn needs_help(&self, lane: Lane) -> bool {
+    /// A renderer begins with a job that another one lost.
+    pub(super) fn begin(&self, number: usize, one: &Waiting<Order>) {
+        self.lock().pool.begin(number, one);
+    }
+
+    /// Waits until a renderer that is not there is of help; false when the line is closed.
+    pub(super) fn needs_help(&self, number: usize) -> bool {
         let mut state = self.lock();
-        while !(state.is_closed || state.is_helped(lane)) {
+        while !(state.is_closed || state.pool.is_helped(number, state.orders.iter())) {
             state = self.changed.wait_timeout(state, SETTLED).unwrap_or_else(PoisonError::into_inner).0;
         }
         !state.is_closed
     }
 
     /// A renderer is there, or is not there any more.
-    pub(super) fn has(&self, lane: Lane, is_made: bool) {
-        self.lock().made[lane as usize] = is_made;
+    pub(super) fn has(&self, number: usize, is_made: bool) {
+        self.lock().pool.has(number, is_made);
+        self.changed.notify_all();
+    }
+
+    /// So many renderers take jobs that are alike side by side.
+    pub(super) fn go_side_by_side(&self, count: usize) {
+        self.lock().pool.go_side_by_side(count);
         self.changed.notify_all();
     }
 
     /// A job has ended after so long; nothing is learnt from one that was stopped.
-    pub(super) fn done(&self, lane: Lane, cost: f64, took: Option<Duration>) {
-        let mut state = self.lock();
-        state.is_at(lane, None);
-        if let Some(took) = took {
-            let known = &mut state.seconds_per_cost[usize::from(cost > LARGE)];
-            *known += LATEST * (took.as_secs_f64() / cost.max(1.0) - *known);
-        }
+    pub(super) fn done(&self, number: usize, cost: f64, took: Option<Duration>) {
+        self.lock().pool.done(number, cost, took);
     }
 
     /// Answers what comes in for a while with a failure; false when the line was closed.
@@ -208,35 +171,4 @@ impl Line {
     pub(super) fn refused(&self) -> u64 {
         self.lock().refused
     }
-}
-
-impl State {
-    /// Whether a renderer is to take jobs, where there are these: those before it that do are at what takes longer than anything that it takes.
-    fn takes(&self, lane: Lane, made: [bool; LANES]) -> bool {
-        let is_at_more = |before: usize| self.running[before].is_some_and(|cost| cost > MOST[lane as usize]);
-        let is_of_no_help = |before: &Lane| {
-            let number = *before as usize;
-            !made[number] || is_at_more(number) || !self.takes(*before, made)
-        };
-        Lane::ALL[..lane as usize].iter().all(is_of_no_help)
-    }
-
-    /// Whether a renderer that is not there would be of help.
-    fn is_helped(&self, lane: Lane) -> bool {
-        let is_wanted = match lane {
-            Lane::Main | Lane::Express => true,
-            Lane::Small | Lane::Quick => self.orders.any(|one| one.cost <= MOST[lane as usize]),
-        };
-        let is_due = lane != Lane::Quick && self.first.is_some_and(|first| first.elapsed() >= SETTLED);
-        is_due || is_wanted && self.takes(lane, [true; LANES])
-    }
-
-    fn is_at(&mut self, lane: Lane, cost: Option<f64>) {
-        self.running[lane as usize] = cost;
-        self.first.get_or_insert_with(Instant::now);
-    }
-}
-
-impl Lane {
-    const ALL: [Self; LANES] = [Self::Main, Self::Express, Self::Small, Self::Quick];
 }

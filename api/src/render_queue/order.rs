@@ -1,6 +1,7 @@
 //! A job on its way to the render thread, and what comes back.
 
 use std::sync::Arc;
+use std::time::Instant;
 
 use skyloom::render::{Job, RenderError, Watch};
 use tokio::sync::oneshot;
@@ -42,6 +43,8 @@ pub(super) struct Order {
     pub(super) job: Arc<Job>,
     pub(super) watch: Watch,
     pub(super) reply: oneshot::Sender<Result<Held, Failure>>,
+    /// When it was put in line.
+    pub(super) since: Instant,
     /// The job met a device that was lost or full once already.
     pub(super) again: bool,
 }

@@ -7,7 +7,7 @@ use std::time::Duration;
 
 use serde::Serialize;
 use skyloom::encode::{Target, Written};
-use skyloom::gpu::GpuError;
+use skyloom::gpu::{AdapterSummary, GpuError};
 use skyloom::render::{Job, RenderError, Watch};
 
 /// The graphics adapter in use.
@@ -21,6 +21,13 @@ pub struct Adapter {
     pub kind: String,
     /// Driver and its version.
     pub driver: String,
+}
+
+impl Adapter {
+    /// Whether the processor does its work.
+    pub(super) fn is_software(&self) -> bool {
+        self.kind == AdapterSummary::SOFTWARE
+    }
 }
 
 /// Writes a file; again, if what it was written to failed.

@@ -6,7 +6,7 @@ use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
 /// A job gives way to those that cost at most this part of what it does: of two that are alike neither gains if one waits.
-const LESS: f64 = 0.5;
+pub(super) const LESS: f64 = 0.5;
 /// How long a job gives way, in terms of how long it was at work: a third of the time is its own, however many small ones come.
 const PATIENCE: u32 = 2;
 /// How often somebody who waits looks whether the job is wanted still.

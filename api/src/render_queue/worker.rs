@@ -10,10 +10,12 @@ use skyloom::memory::Memory;
 use skyloom::render::{RenderError, Watch};
 use tokio::sync::watch;
 
-use super::line::{Lane, Line};
+use super::line::Line;
 use super::order::{Failure, Held, Order, failure};
+use super::pool::MAIN;
 use super::renderer::{Adapter, Factory, Render};
 use super::room::Room;
+use super::side_by_side::SideBySide;
 use super::slots::Pictures;
 use super::turns::Turns;
 use crate::fair::Waiting;
@@ -44,6 +46,7 @@ pub(super) fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
 }
 
 /// The thread's own.
+#[derive(Clone)]
 pub(super) struct Worker {
     pub(super) factory: Arc<Mutex<Factory>>,
     pub(super) line: Arc<Line>,
@@ -51,8 +54,9 @@ pub(super) struct Worker {
     pub(super) shared: Arc<Shared>,
     pub(super) slots: Pictures,
     pub(super) turns: Arc<Turns>,
-    /// Memory of all lanes but the main one.
+    /// Memory of all renderers but the main one.
     pub(super) room: Arc<Room>,
+    pub(super) side_by_side: SideBySide,
 }
 
 /// Why the renderer is not used any further.
@@ -83,9 +87,13 @@ impl Worker {
                     pause = RETRY.0;
                     let adapter = renderer.adapter();
                     tracing::info!(adapter = adapter.name, driver = adapter.driver, backend = adapter.backend, "ready");
+                    self.line.go_side_by_side(self.side_by_side.of(&adapter));
                     *lock(&self.shared.adapter) = Some(Arc::new(adapter));
                     self.tell.send_replace(State::Ready);
-                    match self.serve(Lane::Main, renderer.as_mut(), begin_with.take()) {
+                    self.line.has(MAIN, true);
+                    let leave = self.serve(MAIN, renderer.as_mut(), begin_with.take());
+                    self.line.has(MAIN, false);
+                    match leave {
                         Leave::Closed => return,
                         Leave::Lost(order) => begin_with = order,
                     }
@@ -100,7 +108,7 @@ impl Worker {
                     self.tell.send_replace(failed);
                     let failure = Failure::NotReady(reason);
                     if let Some(one) = begin_with.take() {
-                        self.line.done(Lane::Main, one.cost, None);
+                        self.line.done(MAIN, one.cost, None);
                         one.item.answer(Err(failure.clone()));
                     }
                     if !self.line.refuse_for(pause, &failure) {
@@ -112,15 +120,15 @@ impl Worker {
         }
     }
 
-    /// Takes what is small, or quick, while others are at what is not, with a renderer that is made when it is first of help.
-    pub(super) fn help(&self, lane: Lane) {
+    /// Takes jobs beside the main thread, each as its renderer may, with one that is made when it is first of help.
+    pub(super) fn help(&self, number: usize) {
         let mut begin_with = None;
-        while begin_with.is_some() || self.line.needs_help(lane) {
+        while begin_with.is_some() || self.line.needs_help(number) {
             match self.make() {
                 Ok(mut renderer) => {
-                    self.line.has(lane, true);
-                    let leave = self.serve(lane, renderer.as_mut(), begin_with.take());
-                    self.line.has(lane, false);
+                    self.line.has(number, true);
+                    let leave = self.serve(number, renderer.as_mut(), begin_with.take());
+                    self.line.has(number, false);
                     match leave {
                         Leave::Closed => return,
                         Leave::Lost(order) => begin_with = order,
@@ -146,29 +154,36 @@ impl Worker {
         }
     }
 
-    fn serve(&self, lane: Lane, renderer: &mut dyn Render, begin_with: Option<Waiting<Order>>) -> Leave {
+    fn serve(&self, number: usize, renderer: &mut dyn Render, begin_with: Option<Waiting<Order>>) -> Leave {
         let mut next = begin_with;
         loop {
-            let Some(mut one) = next.take().or_else(|| self.line.take(lane)) else {
-                return Leave::Closed;
+            let mut one = match next.take() {
+                Some(one) => {
+                    self.line.begin(number, &one);
+                    one
+                }
+                None => match self.line.take(number) {
+                    Some(one) => one,
+                    None => return Leave::Closed,
+                },
             };
             let order = &one.item;
             if order.reply.is_closed() || order.watch.cancelled.load(Ordering::Relaxed) {
-                self.line.done(lane, one.cost, None);
+                self.line.done(number, one.cost, None);
                 continue;
             }
             let Some(slot) = self.slots.of(one.cost).take(order.watch.deadline) else {
-                self.line.done(lane, one.cost, None);
+                self.line.done(number, one.cost, None);
                 one.item.answer(Err(Failure::Deadline));
                 continue;
             };
-            let room = match lane {
-                Lane::Main => None,
+            let room = match number {
+                MAIN => None,
                 _ => {
                     let (job, watch) = (&order.job, &order.watch);
                     let bytes = Memory::new(job.request(), job.scene(), job.images()).bytes;
                     let Some(room) = self.room.take(bytes, watch.deadline, &watch.cancelled) else {
-                        self.line.done(lane, one.cost, None);
+                        self.line.done(number, one.cost, None);
                         one.item.answer(Err(Failure::Deadline));
                         continue;
                     };
@@ -176,7 +191,7 @@ impl Worker {
                 }
             };
             let start = Instant::now();
-            if lane == Lane::Main {
+            if number == MAIN {
                 *lock(&self.shared.busy_since) = Some(start);
             }
             let rendered = {
@@ -185,12 +200,12 @@ impl Worker {
                 let watch = Watch { give_way: Some(give_way), ..order.watch.clone() };
                 catch_unwind(AssertUnwindSafe(|| renderer.render(&order.job, &watch)))
             };
-            if lane == Lane::Main {
+            if number == MAIN {
                 *lock(&self.shared.busy_since) = None;
             }
             drop(room);
             let took = matches!(rendered, Ok(Ok(_))).then(|| start.elapsed());
-            self.line.done(lane, one.cost, took);
+            self.line.done(number, one.cost, took);
             match rendered {
                 Ok(Ok(picture)) => one.item.answer(Ok(Held { picture, _slot: slot })),
                 Ok(Err(error @ (RenderError::DeviceLost(_) | RenderError::OutOfMemory(_)))) => {
