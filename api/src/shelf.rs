@@ -125,13 +125,6 @@ impl Shelf {
         Ok(!is_there)
     }
 
-    /// Names of the blobs that are there, with their lengths, in no order.
-    pub fn names(&self) -> Result<Vec<(String, u64)>, StoreError> {
-        let mut known = self.lock();
-        self.look(&mut known)?;
-        Ok(known.sizes.iter().map(|(name, length)| (name.clone(), *length)).collect())
-    }
-
     /// Notes that a blob is in use.
     pub fn used(&self, name: &str) {
         self.store.used(&self.key(name));
@@ -151,14 +144,19 @@ impl Shelf {
             && others().map(|(_, length)| length).sum::<u64>().saturating_add(length) <= self.quota.bytes
     }
 
-    fn look(&self, known: &mut Known) -> Result<(), StoreError> {
-        let start = Instant::now();
+    /// Names of the blobs that are there, with their lengths, in no order. Nobody waits for it: a slow store may take long.
+    pub fn names(&self) -> Result<Vec<(String, u64)>, StoreError> {
         let entries = self.store.list(self.kind.folder)?.into_iter();
         let named = entries.filter_map(|entry| {
             let name = entry.name.strip_suffix(self.kind.ending).filter(|name| self.is_name(name))?;
             Some((name.to_owned(), entry.bytes))
         });
-        known.sizes = named.collect();
+        Ok(named.collect())
+    }
+
+    fn look(&self, known: &mut Known) -> Result<(), StoreError> {
+        let start = Instant::now();
+        known.sizes = self.names()?.into_iter().collect();
         known.listed = Instant::now();
         known.fresh = FRESH.0.max(FRESH.1 * start.elapsed());
         Ok(())
@@ -176,7 +174,9 @@ impl Shelf {
 #[cfg(test)]
 #[allow(clippy::unwrap_used, clippy::panic, reason = "a test stops where it fails")]
 mod tests {
-    use skyloom::store::Folder;
+    use std::sync::mpsc::{Receiver, channel};
+
+    use skyloom::store::{Entry, Folder};
 
     use super::*;
 
@@ -252,6 +252,54 @@ mod tests {
         assert_eq!(kept, 5);
         assert!(shelves.iter().all(|shelf| matches!(shelf.keep("ff", b"own"), Err(ShelfError::Full))));
         assert_eq!(open(data.path(), 5, 100).names().unwrap().len(), 5);
+    }
+
+    /// A store that lists when it is told to, and not before.
+    #[derive(Debug)]
+    struct Slow(Folder, Mutex<Receiver<()>>);
+
+    impl Store for Slow {
+        fn get(&self, key: &str) -> Result<Option<Vec<u8>>, StoreError> {
+            self.0.get(key)
+        }
+        fn put(&self, key: &str, bytes: &[u8]) -> Result<(), StoreError> {
+            self.0.put(key, bytes)
+        }
+        fn create(&self, key: &str, bytes: &[u8]) -> Result<bool, StoreError> {
+            self.0.create(key, bytes)
+        }
+        fn delete(&self, key: &str) -> Result<bool, StoreError> {
+            self.0.delete(key)
+        }
+        fn list(&self, folder: &str) -> Result<Vec<Entry>, StoreError> {
+            self.1.lock().unwrap().recv().unwrap();
+            self.0.list(folder)
+        }
+        fn exists(&self, key: &str) -> Result<bool, StoreError> {
+            self.0.exists(key)
+        }
+        fn used(&self, key: &str) {
+            self.0.used(key);
+        }
+    }
+
+    #[test]
+    fn nobody_who_writes_or_removes_waits_for_who_lists_a_slow_store() {
+        let data = tempfile::tempdir().unwrap();
+        let (go_on, told) = channel();
+        go_on.send(()).unwrap();
+        let store = Arc::new(Slow(Folder::new(data.path()), Mutex::new(told)));
+        let shelf = Shelf::open(store, KIND, Quota { count: 3, bytes: 100 }).unwrap();
+        shelf.lock().fresh = Duration::from_secs(3600);
+        std::thread::scope(|scope| {
+            let names = scope.spawn(|| shelf.names().unwrap());
+            // Would never return if either waited for the list.
+            assert!(shelf.keep("aa", b"1").unwrap() && shelf.keep("bb", b"1").unwrap());
+            assert!(shelf.remove("aa").unwrap());
+            assert!(!names.is_finished());
+            go_on.send(()).unwrap();
+            assert_eq!(names.join().unwrap(), [("bb".to_owned(), 1)]);
+        });
     }
 
     #[test]
