@@ -8,13 +8,14 @@ LISTEN ?= 127.0.0.1:8080
 # One profile for running, testing and measuring: dependencies are compiled once.
 FLAGS := --release --locked
 
-.PHONY: help run test attack load rates replicas ktx2 examples deploy-check fuzz driver fmt bench bench-baseline pictures charts figures audit
+.PHONY: help run test attack load halves rates replicas ktx2 examples deploy-check fuzz driver fmt bench bench-baseline pictures charts figures audit
 
 help:
 	@echo "make run       start the server with its viewer on http://$(LISTEN) (LISTEN=ADDR:PORT for another place)"
 	@echo "make test      format check, lints as errors, every test"
 	@echo "make attack    call everything that docs/openapi.json has, thousands of times (with schemathesis too, which is installed for it); kill servers fifty times"
 	@echo "make load      64 clients for a minute, and for another one beside large textures and new droplets; then crowds that wait for nothing (five minutes)"
+	@echo "make halves    small renders a second of a server with all cores beside two with half of them each, on a software device (Linux; ten minutes of an idle machine)"
 	@echo "make rates     cached replies a second beside nginx's for the same files (installs nginx and wrk; two minutes of an idle machine)"
 	@echo "make replicas  three servers on an S3 bucket behind nginx, one of them killed (installs nginx, builds an S3 server; some minutes)"
 	@echo "make ktx2      textures of KTX2 through Khronos' own reader and validator (builds them; a minute)"
@@ -52,6 +53,10 @@ attack: driver
 load: driver
 	SKYLOOM_LOAD_S=60 $(CARGO) test $(FLAGS) --workspace --test api -- load:: --nocapture
 	SKYLOOM_LOAD_S=60 $(CARGO) test $(FLAGS) --workspace --test api -- crowds:: --nocapture --test-threads 1
+
+halves: driver
+	$(CARGO) build $(FLAGS)
+	@.ci/halves target/release/skyloom
 
 rates: driver
 	$(CARGO) build $(FLAGS)
