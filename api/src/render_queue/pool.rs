@@ -44,6 +44,8 @@ pub(super) struct Pool {
     /// When the first job began.
     first: Option<Instant>,
     seconds_per_cost: [f64; 2],
+    /// The same of small jobs of skies that were new to their renderer.
+    seconds_if_new: f64,
 }
 
 #[derive(Debug)]
@@ -52,6 +54,8 @@ struct Renderer {
     is_made: bool,
     /// Cost of what it is at.
     running: Option<f64>,
+    /// It had nothing of that sky.
+    is_new: bool,
 }
 
 impl Lane {
@@ -71,8 +75,15 @@ impl Pool {
     pub(super) fn new(side_by_side: usize) -> Self {
         let express = std::iter::repeat_n(Lane::Express, side_by_side.saturating_sub(1).max(1));
         let lanes = std::iter::once(Lane::Main).chain(express).chain([Lane::Small, Lane::Quick]);
-        let renderers = lanes.map(|lane| Renderer { lane, is_made: false, running: None }).collect();
-        Self { renderers, side_by_side: 1, homes: Homes::default(), first: None, seconds_per_cost: SECONDS_PER_COST }
+        let renderers = lanes.map(|lane| Renderer { lane, is_made: false, running: None, is_new: false }).collect();
+        Self {
+            renderers,
+            side_by_side: 1,
+            homes: Homes::default(),
+            first: None,
+            seconds_per_cost: SECONDS_PER_COST,
+            seconds_if_new: SECONDS_PER_COST[0],
+        }
     }
 
     /// How many there may be.
@@ -95,8 +106,11 @@ impl Pool {
 
     /// A renderer is at a job.
     pub(super) fn begin(&mut self, number: usize, one: &Waiting<Order>) {
-        self.renderers[number].running = Some(one.cost);
-        self.homes.renders(number, one.item.job.scene_id());
+        let sky = one.item.job.scene_id();
+        let is_new = !self.homes.of(sky).contains(&number);
+        let renderer = &mut self.renderers[number];
+        (renderer.running, renderer.is_new) = (Some(one.cost), is_new);
+        self.homes.renders(number, sky, one.item.since.elapsed());
         self.first.get_or_insert_with(Instant::now);
     }
 
@@ -104,8 +118,11 @@ impl Pool {
     pub(super) fn done(&mut self, number: usize, cost: f64, took: Option<Duration>) {
         self.renderers[number].running = None;
         if let Some(took) = took {
-            let known = &mut self.seconds_per_cost[usize::from(cost > LARGE)];
-            *known += LATEST * (took.as_secs_f64() / cost.max(1.0) - *known);
+            let learn = |known: &mut f64| *known += LATEST * (took.as_secs_f64() / cost.max(1.0) - *known);
+            learn(&mut self.seconds_per_cost[usize::from(cost > LARGE)]);
+            if self.renderers[number].is_new && cost <= LARGE {
+                learn(&mut self.seconds_if_new);
+            }
         }
     }
 
@@ -121,7 +138,8 @@ impl Pool {
     /// From when on a renderer is to take a job, as things stand; `None` where it is left to others.
     ///
     /// Of those that are free the one takes it that had its sky last, or else has the fewest skies. Where those that have its sky are
-    /// at jobs like it, it waits for them as long as it takes itself: then another one makes that light again, on a core that has nothing to do.
+    /// at jobs like it, it waits for them until jobs of this sky have waited for as long, all together, as it takes a renderer to which the sky is new: then another one
+    /// makes that light again, on a core that has nothing to do.
     pub(super) fn takes_from(&self, number: usize, one: &Waiting<Order>) -> Option<Instant> {
         let open = self.open(false);
         let most = |number: usize| self.renderers[number].lane.most();
@@ -129,7 +147,8 @@ impl Pool {
         if !is_able(number) {
             return None;
         }
-        let homes = self.homes.of(one.item.job.scene_id());
+        let sky = one.item.job.scene_id();
+        let homes = self.homes.of(sky);
         let rank = |number: usize| match homes.iter().position(|home| *home == number) {
             Some(place) => (place, 0, number),
             None => (homes.len(), self.homes.count(number), number),
@@ -146,8 +165,8 @@ impl Pool {
         let is_alike = |running: f64| running <= most(number) && LESS * running < one.cost;
         let is_soon_free = |home: &usize| is_able(*home) && self.renderers[*home].running.is_some_and(is_alike);
         let patience = if !homes.contains(&number) && homes.iter().any(is_soon_free) {
-            let seconds = one.cost * self.seconds_per_cost[usize::from(one.is_large)];
-            Duration::try_from_secs_f64(seconds).unwrap_or(Duration::ZERO)
+            let anew = Duration::try_from_secs_f64(one.cost * self.seconds_if_new).unwrap_or(Duration::ZERO);
+            anew.saturating_sub(self.homes.waited(sky))
         } else {
             Duration::ZERO
         };

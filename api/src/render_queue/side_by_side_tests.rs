@@ -220,7 +220,7 @@ async fn turns_are_fair_and_nobody_is_forgotten() {
 
 /// By the rules alone, without threads.
 #[test]
-fn a_job_waits_for_its_light_no_longer_than_it_takes_itself_and_for_nothing_that_takes_longer() {
+fn a_job_waits_for_its_light_no_longer_than_it_takes_to_make_and_for_nothing_that_takes_longer() {
     let mut pool = Pool::new(2);
     pool.go_side_by_side(2);
     pool.has(0, true);
@@ -246,6 +246,11 @@ fn a_job_waits_for_its_light_no_longer_than_it_takes_itself_and_for_nothing_that
     let patience = waits(&pool, 1, &small).unwrap();
     assert!((0.3..0.8).contains(&patience), "half a second, by what is known of a software device: {patience}");
     assert_eq!(waits(&pool, 1, &large), None);
+    // What others waited for it counts.
+    std::thread::sleep(SOON);
+    pool.begin(0, &small);
+    let less = waits(&pool, 1, &small).unwrap();
+    assert!(less <= patience - SOON.as_secs_f64(), "{less}");
     // The large one of its sky takes far longer.
     pool.done(0, small.cost, None);
     pool.begin(0, &large);
