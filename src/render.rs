@@ -19,6 +19,7 @@ mod stages;
 pub use crate::job::{Fault, Images, Job, RenderError, Texture, Watch};
 pub use crate::shade::SkyAir;
 pub use file::{encode, encode_to};
+pub use lattices_kept::SolvedLattices;
 pub use stages::{SkyStages, Stages};
 
 use crate::cumulus;
@@ -44,6 +45,8 @@ pub struct RendererOptions {
     pub filtering: bool,
     /// Bytes of fields, light and the like of earlier renders that may stay for the next ones, on the device and the host together.
     pub kept_bytes: u64,
+    /// Lattices that it shares with other renderers, which are all on the same adapter: others may have other bits.
+    pub solved: SolvedLattices,
 }
 
 /// Enough for all of one moving layer of the finest field, and for dozens of usual ones.
@@ -51,7 +54,7 @@ const KEPT_BYTES: u64 = 1 << 30;
 
 impl Default for RendererOptions {
     fn default() -> Self {
-        Self { adapter: None, filtering: true, kept_bytes: KEPT_BYTES }
+        Self { adapter: None, filtering: true, kept_bytes: KEPT_BYTES, solved: SolvedLattices::default() }
     }
 }
 
@@ -75,7 +78,8 @@ impl Renderer {
     /// [`GpuError::NoAdapter`] says what to install.
     pub fn new(options: &RendererOptions) -> Result<Self, GpuError> {
         let gpu = Gpu::open(options.adapter.as_deref(), options.filtering)?;
-        let mut renderer = Self { pipeline: Pipeline::new(gpu), kept_bytes: options.kept_bytes };
+        let mut renderer =
+            Self { pipeline: Pipeline::new(gpu, options.solved.clone()), kept_bytes: options.kept_bytes };
         renderer.warm_up().map_err(|e| GpuError::Failed(e.to_string()))?;
         Ok(renderer)
     }

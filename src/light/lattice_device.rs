@@ -28,7 +28,7 @@ impl Dressed {
 
 /// A lattice, and what of it is on the device.
 pub(crate) struct LatticeLit {
-    pub(crate) maps: LatticeMaps,
+    pub(crate) maps: Arc<LatticeMaps>,
     within: wgpu::TextureView,
     depths: wgpu::TextureView,
     slabs: wgpu::TextureView,
@@ -37,7 +37,7 @@ pub(crate) struct LatticeLit {
 
 impl LatticeLit {
     /// Brings a lattice to the device.
-    pub(crate) fn new(gpu: &Gpu, maps: LatticeMaps, dressed: Arc<Dressed>) -> Self {
+    pub(crate) fn new(gpu: &Gpu, maps: Arc<LatticeMaps>, dressed: Arc<Dressed>) -> Self {
         let size = |[x, y, z]: [usize; 3]| [x as u32, y as u32, z as u32];
         let [nx, ny, nz] = maps.size;
         let stacked = size([nx, ny, 2 * nz]);

@@ -9,18 +9,54 @@ use crate::job::{Job, RenderError, Watch};
 use crate::light::{Dressed, LatticeInputs, LatticeLit, LatticeMaps};
 use crate::method::Transport;
 use crate::moment::Moment;
-use std::sync::Arc;
+use std::fmt;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError, Weak};
+
+/// A lattice that some renderer may keep.
+type Solved = (LatticeKey, Weak<LatticeMaps>);
+
+/// Lattices that renderers on the same adapter have solved, for each other: what one keeps the others need not solve again.
+#[derive(Clone, Default)]
+pub struct SolvedLattices(Arc<Mutex<Vec<Solved>>>);
+
+impl fmt::Debug for SolvedLattices {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("SolvedLattices").field("count", &self.count()).finish()
+    }
+}
+
+impl SolvedLattices {
+    /// How many there are: those that a renderer keeps.
+    pub fn count(&self) -> usize {
+        self.lock().iter().filter(|(_, maps)| maps.strong_count() > 0).count()
+    }
+
+    fn lock(&self) -> MutexGuard<'_, Vec<Solved>> {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    fn of(&self, key: &LatticeKey) -> Option<Arc<LatticeMaps>> {
+        self.lock().iter().find(|(known, _)| known == key).and_then(|(_, maps)| maps.upgrade())
+    }
+
+    fn add(&self, key: LatticeKey, maps: &Arc<LatticeMaps>) {
+        let mut all = self.lock();
+        all.retain(|(known, maps)| maps.strong_count() > 0 && *known != key);
+        all.push((key, Arc::downgrade(maps)));
+    }
+}
 
 /// The lattices of some layers and suns.
 pub(super) struct LatticesKept {
     lattices: Kept<LatticeKey, Option<Arc<LatticeLit>>>,
     dressed: Kept<MixKey, Arc<Dressed>>,
+    solved: SolvedLattices,
 }
 
 impl LatticesKept {
-    pub(super) fn new(capacity: usize) -> Self {
+    pub(super) fn new(capacity: usize, solved: SolvedLattices) -> Self {
         let size = |lattice: &Option<Arc<LatticeLit>>| lattice.as_ref().map_or(0, |lattice| lattice.size());
-        Self { lattices: Kept::sized(capacity, size), dressed: Kept::new(capacity) }
+        Self { lattices: Kept::sized(capacity, size), dressed: Kept::new(capacity), solved }
     }
 
     /// Those that may be large.
@@ -38,26 +74,36 @@ impl LatticesKept {
         moment: &Moment,
     ) -> Result<Vec<Option<Arc<LatticeLit>>>, RenderError> {
         let wanted = moment.plan.transport == Transport::Lattice && moment.illumination.is_day();
-        let Self { lattices, dressed } = self;
+        let Self { lattices, dressed, solved } = self;
         let of = |(number, field): (usize, &Arc<Field>)| {
             if !wanted || field.is_uniform() {
                 return Ok(None);
             }
-            lattices.get_or(LatticeKey::new(job, moment, number), || {
+            let key = || LatticeKey::new(job, moment, number);
+            lattices.get_or(key(), || {
                 let tables = &job.tables()[number];
-                let inputs = LatticeInputs {
-                    map: &gpu.read_map(&field.thickness, 0, watch.deadline)?,
-                    extent_m: moment.extent_m,
-                    density: field.density,
-                    extinction_per_m: moment.layers[number].extinction_per_m,
-                    scattering: tables.channels.each_ref().map(Scattering::new),
-                    towards_sun: moment.illumination.towards_sun,
-                    slant_cosine: moment.slant_cosine(),
-                    fluxes: &tables.fluxes,
+                let extinction_per_m = moment.layers[number].extinction_per_m;
+                let maps = match solved.of(&key()) {
+                    Some(maps) => maps,
+                    None => {
+                        let inputs = LatticeInputs {
+                            map: &gpu.read_map(&field.thickness, 0, watch.deadline)?,
+                            extent_m: moment.extent_m,
+                            density: field.density,
+                            extinction_per_m,
+                            scattering: tables.channels.each_ref().map(Scattering::new),
+                            towards_sun: moment.illumination.towards_sun,
+                            slant_cosine: moment.slant_cosine(),
+                            fluxes: &tables.fluxes,
+                        };
+                        let Some(maps) = LatticeMaps::new(&inputs, &|| watch.look())? else { return Ok(None) };
+                        let maps = Arc::new(maps);
+                        solved.add(key(), &maps);
+                        maps
+                    }
                 };
-                let Some(maps) = LatticeMaps::new(&inputs, &|| watch.look())? else { return Ok(None) };
-                let dressed = dressed.get_or_make(MixKey::new(tables, inputs.extinction_per_m), || {
-                    Arc::new(Dressed::new(gpu, &dressed::tables(&tables.channels, inputs.extinction_per_m)))
+                let dressed = dressed.get_or_make(MixKey::new(tables, extinction_per_m), || {
+                    Arc::new(Dressed::new(gpu, &dressed::tables(&tables.channels, extinction_per_m)))
                 });
                 Ok(Some(Arc::new(LatticeLit::new(gpu, maps, dressed))))
             })

@@ -7,7 +7,7 @@ use super::drawn::{cumulus_place, drawn};
 use super::file::check_eye;
 use super::kept::{Kept, Results, shrink};
 use super::keys::{BeamKey, FieldKey, LightKey, MixKey, SlabKey, SourceKey};
-use super::lattices_kept::LatticesKept;
+use super::lattices_kept::{LatticesKept, SolvedLattices};
 use super::sky::{SkyJob, SkyKept};
 use super::stages::SkyStages;
 use crate::field::{self, ColumnMap, Field, Given, Source};
@@ -110,14 +110,14 @@ impl Clock {
 }
 
 impl Pipeline {
-    pub(super) fn new(gpu: Gpu) -> Self {
+    pub(super) fn new(gpu: Gpu, solved: SolvedLattices) -> Self {
         Self {
             gpu,
             tables: Kept::new(KEPT),
             sources: Kept::sized(KEPT_SOURCES, |source| source.lock().unwrap_or_else(PoisonError::into_inner).size()),
             fields: Kept::sized(KEPT, |field| field.size()),
             slabs: Kept::new(KEPT),
-            lattices: LatticesKept::new(KEPT),
+            lattices: LatticesKept::new(KEPT, solved),
             lights: Kept::sized(KEPT, |light| light.size()),
             beams: Kept::sized(KEPT_BEAMS, |suns| suns.iter().map(GroundSun::size).sum()),
             skies: SkyKept::new(),

@@ -18,12 +18,10 @@ impl From<&AdapterSummary> for Adapter {
     }
 }
 
-/// Makes renderers on the wanted adapter (any when none).
+/// Makes renderers on the wanted adapter (any when none). What one has solved of a sky's light the others need not solve again.
 pub fn core_factory(adapter: Option<String>, kept_bytes: u64) -> Factory {
-    Box::new(move || {
-        let options = RendererOptions { adapter: adapter.clone(), kept_bytes, ..RendererOptions::default() };
-        Ok(Box::new(Renderer::new(&options)?))
-    })
+    let options = RendererOptions { adapter, kept_bytes, ..RendererOptions::default() };
+    Box::new(move || Ok(Box::new(Renderer::new(&options)?)))
 }
 
 impl Render for Renderer {
