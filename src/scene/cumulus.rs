@@ -128,8 +128,10 @@ fn shape(reader: &mut Reader, layer: &Object<'_>, extent_m: f64) -> Option<Cumul
         let also = (!layer.has("levels")).then_some("seed");
         let beside: Vec<&str> = FIELD.into_iter().chain(also).filter(|key| layer.has(key)).collect();
         if !beside.is_empty() {
-            let detail =
-                format!("stands beside {}; either a field or its spheres one by one can be given", beside.join(", "));
+            let detail = format!(
+                "stands beside {}; either a field or its spheres one by one can be given, with a seed where levels grow on them",
+                beside.join(", ")
+            );
             reader.wrong(layer.at("spheres"), detail);
             return None;
         }

@@ -152,6 +152,8 @@ fn spheres_are_given_one_by_one_or_as_a_field() {
     }
     let (pointer, detail) = error(&cumulus(json!({ "spheres": [[0, 0, 0, 1]], "seed": 1, "coverage": 0.2 })));
     assert!(pointer == "/layers/0/spheres" && detail.contains("beside coverage, seed;"), "{pointer} {detail}");
+    let (_, detail) = error(&cumulus(json!({ "spheres": [[0, 0, 0, 1]], "seed": 1 })));
+    assert!(detail.contains("beside seed;") && detail.contains("where levels grow"), "{detail}");
     let too_many = vec![[0.0, 0.0, 1000.0, 9.0]; Cumulus::MAX_SPHERES + 1];
     assert!(error(&spheres(json!(too_many))).1.contains("a list of 100001"));
     // Levels upon them, which take the seed that picks them; without any the normal form is that of spheres alone.
