@@ -42,7 +42,7 @@ test:
 	@.ci/driver --required
 	$(CARGO) fmt --all --check
 	$(CARGO) clippy $(FLAGS) --workspace --all-targets -- -D warnings
-	$(CARGO) test $(FLAGS) --workspace
+	@CARGO="$(CARGO)" .ci/test
 
 attack: driver
 	SKYLOOM_ATTACK_CALLS=20000 $(CARGO) test $(FLAGS) --workspace --test api -- attack:: --nocapture

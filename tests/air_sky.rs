@@ -247,8 +247,11 @@ fn every_limit_gives_finite_light() {
     let thick = json!({ "aerosol": { "optical_depth": 1, "asymmetry": 0.84, "albedo": 1 }, "ozone_du": 0 });
     let dusty = json!({ "aerosol": { "optical_depth": 1, "albedo": 0, "scale_height_m": 100 }, "ozone_du": 1000, "rayleigh": 2 });
     let plain = json!({ "polarisation": false, "aerosol": { "optical_depth": 0 } });
-    for atmosphere in [thick, dusty, plain, json!("mountain")] {
-        for (zenith, albedo) in [(0.0, 1.0), (45.0, 0.0), (90.0, 1.0), (93.0, 1.0), (180.0, 1.0)] {
+    let suns = [(0.0, 1.0), (90.0, 1.0), (180.0, 1.0), (93.0, 1.0), (45.0, 0.0)];
+    // Air at an end of a range under all suns, air like any other under the last ones.
+    for (atmosphere, suns) in [(thick, &suns[..]), (dusty, &suns), (plain, &suns[..3]), (json!("mountain"), &suns[3..])]
+    {
+        for &(zenith, albedo) in suns {
             let mut scene = cloudy(zenith, atmosphere.clone(), 300.0);
             scene["ground"] = json!({ "albedo": albedo });
             for height in ["0", "1000", "1150", "1300", "20000", "100000"] {

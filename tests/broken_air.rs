@@ -47,7 +47,7 @@ fn the_data_are_those_of_the_tracer() {
     let library = TableLibrary::new(None);
     for name in SCENES {
         let broken = Broken::new(&mut sky.renderer, &library, &scene(name)).unwrap();
-        let light = broken.trace(&Effort::photons(8_000, 77), &|_| ()).unwrap();
+        let light = broken.trace(&Effort::photons(4_000, 77), &|_| ()).unwrap();
         let (means, texels) = (means(name), texels(name));
         for (wave, nm) in light.iter().zip(WAVELENGTHS_NM) {
             for (map, map_name) in MAPS.into_iter().chain([(FluxMap::TopDirect, "top_down_direct")]) {

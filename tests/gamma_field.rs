@@ -392,7 +392,7 @@ fn nothing_pops() {
 
 /// Light on the ground through broken cloud, standing and hanging, against Monte Carlo in three dimensions: the mean within 6 %.
 /// Of one flux per domain, independent columns and their blend with tilted paths err by up to 5 % (docs/method.md 5), and the noise
-/// of the trace is below 1 %.
+/// of the trace is below 0.5 %.
 #[test]
 fn light_on_the_ground_is_that_of_monte_carlo() {
     let mut sky = Sky::open();
@@ -403,8 +403,8 @@ fn light_on_the_ground_is_that_of_monte_carlo() {
             scene["sun"] = json!({ "zenith_deg": zenith_deg, "azimuth_deg": 120 });
             scene["layers"][0].as_object_mut().unwrap().extend(shape.as_object().unwrap().clone());
             let found = mean(&sky.render(&scene, "irradiance", &[]), 1);
-            // A traced texel is a mean over its square: few are enough.
-            let query = [("size", "16"), ("method", "reference")];
+            // A traced texel is a mean over its square: few are enough, of an error of 2 % each, of all 0.2 %.
+            let query = [("size", "16"), ("method", "reference"), ("tolerance", "0.04")];
             let traced = mean(&sky.render(&scene, "irradiance", &query), 1);
             eprintln!("sun {zenith_deg}, {shape}: {found:.2}, traced {traced:.2}: {:+.3}", found / traced - 1.0);
             assert!((found / traced - 1.0).abs() < 0.06, "sun {zenith_deg}, {shape}: {found}, traced {traced}");

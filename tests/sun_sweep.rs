@@ -79,9 +79,9 @@ fn the_beam_is_that_of_rays_of_their_own() {
         let path = format!("{}/config/scenes/{preset}.json", env!("CARGO_MANIFEST_DIR"));
         let mut scene: Value = serde_json::from_str(&std::fs::read_to_string(path).unwrap()).unwrap();
         scene["atmosphere"] = json!({ "sun": [1, 1, 1], "sky": [0, 0, 0] });
-        for (zenith, azimuth, size) in
-            [(75, 135, 512), (80, 250, 512), (60, 135, 512), (60, 20, 512), (84, 165, 256), (88, 310, 512)]
-        {
+        let suns = [(75, 135, 512), (80, 250, 512), (88, 310, 512), (60, 135, 512), (60, 20, 512), (84, 165, 256)];
+        // The roughest one under all suns, the others under three.
+        for (zenith, azimuth, size) in suns.into_iter().take(if preset == "broken" { 6 } else { 3 }) {
             scene["sun"] = json!({ "zenith_deg": zenith, "azimuth_deg": azimuth, "angular_diameter_deg": 0.53 });
             scene["domain"]["resolution"] = json!(size);
             let stages = stages(&mut sky, &scene, &[("peak", "false")]);

@@ -13,7 +13,7 @@ use super::{Errors, cos_degrees};
 type Case = (f64, f64, f64, f64, f64, f64, bool);
 
 /// Paths of a view, and of a flux.
-const PATHS: u64 = 100_000;
+const PATHS: u64 = 60_000;
 /// Standard errors of a mean square of normal noise that are allowed.
 const SPREAD: f64 = 2.5;
 /// Views: elevation and azimuth from the sun's, degrees.
