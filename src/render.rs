@@ -13,19 +13,19 @@ mod kept;
 mod keys;
 mod lattices_kept;
 mod pipeline;
+mod shared;
 mod sky;
 mod stages;
 
 pub use crate::job::{Fault, Images, Job, RenderError, Texture, Watch};
 pub use crate::shade::SkyAir;
 pub use file::{encode, encode_to};
-pub use lattices_kept::SolvedLattices;
+pub use shared::SharedClouds;
 pub use stages::{SkyStages, Stages};
 
 use crate::cumulus;
 use crate::encode::{Exposure, Picture, metered_white};
 use crate::gpu::{AdapterSummary, Gpu, GpuError};
-use crate::illumination::Illumination;
 use crate::method::{CumulusMethod, Method};
 use crate::projection::{Plane, Viewer};
 use crate::request::{Cloud, Format, Request, Sky, TextureKind, Wanted};
@@ -45,8 +45,8 @@ pub struct RendererOptions {
     pub filtering: bool,
     /// Bytes of fields, light and the like of earlier renders that may stay for the next ones, on the device and the host together.
     pub kept_bytes: u64,
-    /// Lattices that it shares with other renderers, which are all on the same adapter: others may have other bits.
-    pub solved: SolvedLattices,
+    /// Clouds that it shares with other renderers, which are all on the same adapter: others may have other bits.
+    pub shared: SharedClouds,
 }
 
 /// Enough for all of one moving layer of the finest field, and for dozens of usual ones.
@@ -54,7 +54,7 @@ const KEPT_BYTES: u64 = 1 << 30;
 
 impl Default for RendererOptions {
     fn default() -> Self {
-        Self { adapter: None, filtering: true, kept_bytes: KEPT_BYTES, solved: SolvedLattices::default() }
+        Self { adapter: None, filtering: true, kept_bytes: KEPT_BYTES, shared: SharedClouds::default() }
     }
 }
 
@@ -79,7 +79,7 @@ impl Renderer {
     pub fn new(options: &RendererOptions) -> Result<Self, GpuError> {
         let gpu = Gpu::open(options.adapter.as_deref(), options.filtering)?;
         let mut renderer =
-            Self { pipeline: Pipeline::new(gpu, options.solved.clone()), kept_bytes: options.kept_bytes };
+            Self { pipeline: Pipeline::new(gpu, options.shared.clone()), kept_bytes: options.kept_bytes };
         renderer.warm_up().map_err(|e| GpuError::Failed(e.to_string()))?;
         Ok(renderer)
     }
@@ -187,7 +187,7 @@ impl Renderer {
         let channels = request.wanted.channels();
         request.output.finish(width, channels, &mut data, standard_error.as_deref_mut())?;
         self.pipeline.gpu.check()?;
-        let white = white(request, illumination, &data, deepest_m.into()) as f32;
+        let white = white(job, &data, deepest_m.into()) as f32;
         Ok(Texture { width, height, channels, data, standard_error, white, plane_m, base_m, timings: clock.timings })
     }
 
@@ -214,9 +214,15 @@ fn one_channel(data: &[f32], parts: [f64; 3]) -> Vec<f32> {
 }
 
 /// The value that a picture of a texture shows as white at exposure 0. `data` is finished.
-fn white(request: &Request, light: &Illumination, data: &[f32], deepest_m: f64) -> f64 {
+fn white(job: &Job, data: &[f32], deepest_m: f64) -> f64 {
+    let (request, light) = (job.request(), job.illumination());
     let kind = request.texture();
-    let scene = || kind.white(light.total().into_iter().fold(0.0, f64::max), deepest_m);
+    // Of the scene's own light, in klx where there is air; light that a scene gives, and that of one wavelength, has no such unit.
+    let is_luminous = job.air().is_some() && job.plan().spectrum.parts().is_none();
+    let scene = || {
+        let irradiance = light.total().into_iter().fold(0.0, f64::max);
+        kind.white(irradiance, deepest_m) * if is_luminous { kind.white_of_dusk(irradiance) } else { 1.0 }
+    };
     match request.output.picture() {
         Some(Picture::Display { exposure: Exposure::Ev100(ev100), .. }) => kind.white_of_camera(ev100),
         Some(Picture::Display { exposure: Exposure::Auto, .. }) => {

@@ -39,16 +39,14 @@ fn lighting(extinction_per_m: f64, albedo: f64, towards_sun: DVec3) -> Lighting 
 struct Cloud {
     volume: Volume,
     coarse: Coarse,
-    root_m: f64,
 }
 
 impl Cloud {
     fn new(spheres: &[[f64; 4]], base_m: f64, extent_m: f64) -> Self {
         let sphere = |&[x, y, z, radius_m]: &[f64; 4]| Sphere { centre: DVec3::new(x, y, z), radius_m };
         let spheres: Vec<Sphere> = spheres.iter().map(sphere).collect();
-        let root_m = spheres.iter().map(|sphere| sphere.radius_m).fold(0.0, f64::max);
         let volume = Volume::new(&Body { spheres, base_m, edge_m: 0.0, relief_m: 0.0, extent_m });
-        Self { coarse: Coarse::new(&volume), volume, root_m }
+        Self { coarse: Coarse::new(&volume), volume }
     }
 
     /// What each ray of a list sees before a background; the surface is drawn over `soft_m`.
@@ -64,14 +62,9 @@ impl Cloud {
         let one = |ray: &Ray| {
             let behind = background(ray);
             if let Some(surface) = method.surface() {
-                let traps = surface.has_traps(lighting.extinction_per_m[1], &lighting.scattering[1], self.root_m);
+                let traps = surface.has_traps(lighting.extinction_per_m[1], &lighting.scattering[1], volume.root_m);
                 let coarse = traps.then_some(&self.coarse);
-                return SurfaceLight { volume, lighting, coarse, surface, root_m: self.root_m }.seen(
-                    *ray,
-                    1e5,
-                    |_| soft_m,
-                    behind,
-                );
+                return SurfaceLight { volume, lighting, coarse, surface }.seen(*ray, 1e5, |_| soft_m, behind);
             }
             match &lattice {
                 Some(lattice) => OctavesLight { volume, lattice, lighting, octaves: Octaves::REFITTED }.seen(

@@ -9,7 +9,7 @@ use common::sky::Sky;
 use serde_json::{Value, json};
 use skyloom::RendererOptions;
 use skyloom::gpu::shaders;
-use skyloom::render::{SolvedLattices, Watch};
+use skyloom::render::{SharedClouds, Watch};
 use weights::coarse_weights;
 
 fn scene(layers: usize) -> Value {
@@ -104,27 +104,50 @@ fn several_bands_are_one_texture() {
 /// Renderers of a server take a lattice from each other, of the very bits that they had found by themselves; it goes with the last that keeps it.
 #[test]
 fn renderers_share_what_a_lattice_has_found() {
-    let solved = SolvedLattices::default();
-    let options = RendererOptions { solved: solved.clone(), ..RendererOptions::default() };
+    let shared = SharedClouds::default();
+    let options = RendererOptions { shared: shared.clone(), ..RendererOptions::default() };
     let [mut first, mut second] = [Sky::with(&options), Sky::with(&options)];
-    let before = solved.count();
+    let before = shared.count();
     let query = [("size", "32"), ("transport", "lattice")];
     let mut wind = scene(1);
     wind["layers"][0]["wind"]["turbulence_m_s"] = json!(0);
     let found = first.render(&wind, "cloud", &query).data;
-    assert_eq!(solved.count(), before + 1);
+    assert_eq!(shared.count(), before + 1);
     let alone = Sky::open().render(&wind, "cloud", &query).data;
     assert_eq!(found, alone);
     let start = std::time::Instant::now();
     assert_eq!(second.render(&wind, "cloud", &query).data, alone);
     eprintln!("from the other renderer's lattice: {:?}", start.elapsed());
-    assert_eq!(solved.count(), before + 1);
+    assert_eq!(shared.count(), before + 1);
     // Another sun has another one.
     wind["sun"]["zenith_deg"] = json!(56);
     assert_ne!(second.render(&wind, "cloud", &query).data, alone);
-    assert_eq!(solved.count(), before + 2);
+    assert_eq!(shared.count(), before + 2);
     drop(second);
-    assert_eq!(solved.count(), before + 1);
+    assert_eq!(shared.count(), before + 1);
     drop(first);
-    assert_eq!(solved.count(), 0);
+    assert_eq!(shared.count(), 0);
+}
+
+/// The same of cumulus: where it is, and its light.
+#[test]
+fn renderers_share_cumulus_and_its_light() {
+    let shared = SharedClouds::default();
+    let options = RendererOptions { shared: shared.clone(), ..RendererOptions::default() };
+    let [mut first, mut second] = [Sky::with(&options), Sky::with(&options)];
+    let mut scene = scene(1);
+    scene["layers"] = json!([{ "kind": "cumulus", "base_m": 1200, "coverage": 0.2, "width_m": [400, 900], "seed": 4,
+        "droplets": { "henyey_greenstein": 0.85, "extinction_per_m": 0.03 } }]);
+    let query = [("size", "32")];
+    let found = first.render(&scene, "cloud", &query).data;
+    assert_eq!(shared.count(), 2, "a volume and its light");
+    assert_eq!(second.render(&scene, "cloud", &query).data, found);
+    assert_eq!(shared.count(), 2);
+    // Another sun lights the same clouds.
+    scene["sun"]["zenith_deg"] = json!(56);
+    assert_ne!(second.render(&scene, "cloud", &query).data, found);
+    assert_eq!(shared.count(), 3);
+    drop(first);
+    drop(second);
+    assert_eq!(shared.count(), 0);
 }

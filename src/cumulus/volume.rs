@@ -48,6 +48,8 @@ pub struct Volume {
     pub extent_m: f64,
     /// Height of the highest cloud.
     pub top_m: f64,
+    /// Radius of the body's largest ball.
+    pub root_m: f64,
     relief: Relief,
 }
 
@@ -91,6 +93,7 @@ impl Volume {
             relief_m: body.relief_m,
             extent_m: body.extent_m,
             top_m,
+            root_m: body.spheres.iter().map(|sphere| sphere.radius_m).fold(0.0, f64::max),
             relief: Relief::new(body.extent_m),
         };
         look()?;

@@ -122,7 +122,7 @@ pub(super) fn cumulus(tally: &mut Tally, scene: &Scene, request: &Request, plan:
         _ if !lit => {}
         CumulusMethod::Lattice => {
             tally.pass_on_host(stage, of.solved);
-            tally.keep(stage, of.light);
+            tally.keep(stage, 2 * of.light);
         }
         CumulusMethod::Octaves => {
             tally.pass_on_host(stage, of.looked);

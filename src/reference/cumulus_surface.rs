@@ -27,8 +27,6 @@ pub struct SurfaceLight<'a> {
     pub coarse: Option<&'a Coarse>,
     /// Constants.
     pub surface: Surface,
-    /// Radius of its largest ball.
-    pub root_m: f64,
 }
 
 /// A stretch of cloud on a ray, without a gap.
@@ -77,7 +75,7 @@ impl SurfaceLight<'_> {
 
     /// Adds a stretch behind those that were added before.
     fn add(&self, gathered: &mut Gathered, ray: Ray, stretch: &Stretch) {
-        let Self { volume, lighting, surface, root_m, .. } = *self;
+        let Self { volume, lighting, surface, .. } = *self;
         let Stretch { from_m, before, depth, deepest_m } = *stretch;
         if depth <= 0.0 {
             return;
@@ -86,7 +84,8 @@ impl SurfaceLight<'_> {
         let [smooth, normal, noise] = self.normals(place, -ray.towards);
         let up = normal.z;
         // What of the layer the ray reaches, and what of it is opaque.
-        let reached = (deepest_m / surface.reached_m(volume.band_m, root_m)).clamp(0.0, 1.0) * -(-depth).exp_m1();
+        let reached =
+            (deepest_m / surface.reached_m(volume.band_m, volume.root_m)).clamp(0.0, 1.0) * -(-depth).exp_m1();
         let (reached, even) = match surface.trap {
             Trap::Distance(_) => (reached, even(lighting, up)),
             Trap::Arctangent(_) => {

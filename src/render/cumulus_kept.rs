@@ -1,7 +1,8 @@
 //! The layer of cumulus of a job: what of it stays on the device.
 
 use super::kept::{Kept, Results};
-use super::keys::MixKey;
+use super::keys::{CumulusKey, MixKey};
+use super::shared::SharedClouds;
 use crate::cumulus::dressed::{self, Scattering};
 use crate::cumulus::lattice::{Lattice, Lighting};
 use crate::cumulus::{self, BLOB, Coarse, Ray, Relief, Surface, Trap, Volume};
@@ -13,8 +14,6 @@ use crate::job::{Job, RenderError, Watch};
 use crate::light::Dressed;
 use crate::method::CumulusMethod;
 use crate::moment::Moment;
-use crate::scene::CumulusShape;
-use crate::scene::quantity::Quantity as _;
 use crate::shade::{CoarseNormals, CumulusField, CumulusInputs, CumulusLight, CumulusLit, SunDepth};
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
@@ -32,25 +31,14 @@ const LEAST_UP: f64 = 0.01;
 
 /// What of cumulus stays on the device.
 pub(super) struct CumulusKept {
-    fields: Kept<FieldKey, Arc<CumulusField>>,
-    lights: Kept<(FieldKey, Lighting), Arc<CumulusLit>>,
-    sun_depths: Kept<(FieldKey, [f64; 3], [f64; 2]), Arc<SunDepth>>,
-    coarse: Kept<(FieldKey, bool), Arc<CoarseNormals>>,
+    fields: Kept<CumulusKey, Arc<CumulusField>>,
+    lights: Kept<(CumulusKey, Lighting), Arc<CumulusLit>>,
+    sun_depths: Kept<(CumulusKey, [f64; 3], [f64; 2]), Arc<SunDepth>>,
+    coarse: Kept<(CumulusKey, bool), Arc<CoarseNormals>>,
     dressed: Kept<MixKey, Arc<Dressed>>,
-    through: Kept<(FieldKey, Beam), Through>,
+    through: Kept<(CumulusKey, Beam), Through>,
     relief: Option<wgpu::TextureView>,
-}
-
-/// Where the cloud is, but for the wind.
-#[derive(PartialEq, Clone)]
-struct FieldKey {
-    extent_m: f64,
-    texel_m: f64,
-    base_m: f64,
-    edge_m: f64,
-    shape: CumulusShape,
-    /// Where clouds grow.
-    time_s: Option<f64>,
+    shared: SharedClouds,
 }
 
 /// What decides on what comes through: see [`Lighting`], and the part of extinction that takes light out of the beam.
@@ -71,7 +59,7 @@ struct Through {
 }
 
 impl CumulusKept {
-    pub(super) fn new() -> Self {
+    pub(super) fn new(shared: SharedClouds) -> Self {
         Self {
             fields: Kept::sized(KEPT, |field| field.size()),
             lights: Kept::sized(KEPT, |light| light.size()),
@@ -80,6 +68,7 @@ impl CumulusKept {
             dressed: Kept::new(KEPT),
             through: Kept::new(KEPT),
             relief: None,
+            shared,
         }
     }
 
@@ -102,24 +91,16 @@ impl CumulusKept {
         let scene = job.scene();
         let Some(layer) = &scene.cumulus else { return Ok(None) };
         let (extent_m, time_s) = (scene.extent_m(), job.request().time_s);
-        let grows = matches!(layer.shape, CumulusShape::Field { .. });
-        let key = FieldKey {
-            extent_m,
-            texel_m: extent_m / f64::from(scene.resolution()),
-            base_m: layer.base_m.get(),
-            edge_m: layer.edge_m.get(),
-            shape: layer.shape.clone(),
-            time_s: grows.then_some(time_s),
-        };
+        let key = CumulusKey::new(job, layer);
         let look = || watch.look();
         look()?;
-        let relief = &mut self.relief;
+        let (relief, shared) = (&mut self.relief, &self.shared);
         let field = self.fields.get_or(key.clone(), || {
-            let body = cumulus::body(layer, extent_m, key.texel_m, time_s);
-            let root_m = body.spheres.iter().map(|sphere| sphere.radius_m).fold(0.0, f64::max);
-            let volume = Volume::new_watched(&body, &look)?;
+            let volume = shared.volumes().get_or(key.clone(), || {
+                Volume::new_watched(&cumulus::body(layer, extent_m, key.texel_m(), time_s), &look)
+            })?;
             let relief = relief.get_or_insert_with(|| CumulusField::relief(gpu)).clone();
-            Ok::<_, RenderError>(Arc::new(CumulusField::new(gpu, volume, relief, root_m)))
+            Ok::<_, RenderError>(Arc::new(CumulusField::new(gpu, volume, relief)))
         })?;
         look()?;
         let tables = &job.tables()[scene.layers.len()];
@@ -172,10 +153,12 @@ impl CumulusKept {
                 }
                 (None, CumulusMethod::Forward) => CumulusLight::Forward,
                 (None, _) => {
-                    let lit = self.lights.get_or((key, lighting), || {
-                        let lattice = Lattice::solve_watched(&field_of.host, &lighting, &look)?;
+                    let lit = self.lights.get_or((key.clone(), lighting), || {
+                        let lattice = shared
+                            .cumulus()
+                            .get_or((key, lighting), || Lattice::solve_watched(&field_of.host, &lighting, &look))?;
                         look()?;
-                        Ok::<_, RenderError>(Arc::new(CumulusLit::new(gpu, &lattice)))
+                        Ok::<_, RenderError>(Arc::new(CumulusLit::new(gpu, lattice)))
                     })?;
                     let dressed = self.dressed.get_or_make(MixKey::new(tables, extinction_per_m), || {
                         Arc::new(Dressed::new(gpu, &dressed::tables(channels, extinction_per_m)))
@@ -212,13 +195,13 @@ impl CumulusKept {
     fn surface(
         &mut self,
         gpu: &Gpu,
-        key: FieldKey,
+        key: CumulusKey,
         field: &CumulusField,
         lighting: &Lighting,
         surface: &Surface,
     ) -> CumulusLight {
         let (extinction, scattering) = (lighting.extinction_per_m, &lighting.scattering);
-        let traps = surface.has_traps(extinction[1], &scattering[1], field.root_m);
+        let traps = surface.has_traps(extinction[1], &scattering[1], field.host.root_m);
         let coarse = self.coarse.get_or_make((key, traps), || {
             Arc::new(CoarseNormals::new(gpu, traps.then(|| Coarse::new(&field.host)).as_ref()))
         });
@@ -233,7 +216,7 @@ impl CumulusKept {
             diffuse: surface.diffuse as f32,
             bump: surface.bump as f32,
             corona: surface.corona as f32,
-            reached_m: surface.reached_m(field.host.band_m, field.root_m) as f32,
+            reached_m: surface.reached_m(field.host.band_m, field.host.root_m) as f32,
             traps: if traps { surface.traps as f32 } else { 0.0 },
             trap: trap as f32,
             ..CumulusSurface::default()

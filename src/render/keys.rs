@@ -9,7 +9,7 @@ use crate::method::{CumulusMethod, SlabMethod, Transport};
 use crate::moment::Moment;
 use crate::plan::field_resolution;
 use crate::scene::quantity::Quantity as _;
-use crate::scene::{Droplets, Shape, Wind};
+use crate::scene::{Cumulus, CumulusShape, Droplets, Shape, Wind};
 use crate::tables::MixTables;
 
 /// What a layer's field is made from.
@@ -77,6 +77,18 @@ pub(super) struct LatticeKey {
     towards_sun: [f64; 3],
 }
 
+/// Where cumulus is, but for the wind.
+#[derive(PartialEq, Clone)]
+pub(super) struct CumulusKey {
+    extent_m: f64,
+    texel_m: f64,
+    base_m: f64,
+    edge_m: f64,
+    shape: CumulusShape,
+    /// Where clouds grow.
+    time_s: Option<f64>,
+}
+
 /// Light between cloud and ground.
 #[derive(PartialEq)]
 pub(super) struct LightKey {
@@ -109,6 +121,25 @@ pub(super) struct AirKey {
     eye: [f64; 3],
     half: Half,
     end: End,
+}
+
+impl CumulusKey {
+    pub(super) fn new(job: &Job, layer: &Cumulus) -> Self {
+        let (scene, grows) = (job.scene(), matches!(layer.shape, CumulusShape::Field { .. }));
+        Self {
+            extent_m: scene.extent_m(),
+            texel_m: scene.extent_m() / f64::from(scene.resolution()),
+            base_m: layer.base_m.get(),
+            edge_m: layer.edge_m.get(),
+            shape: layer.shape.clone(),
+            time_s: grows.then_some(job.request().time_s),
+        }
+    }
+
+    /// Side of the texels of maps of the domain.
+    pub(super) fn texel_m(&self) -> f64 {
+        self.texel_m
+    }
 }
 
 impl SourceKey {

@@ -2,6 +2,7 @@
 
 use super::kept::{Kept, Results};
 use super::keys::{LatticeKey, MixKey};
+use super::shared::SharedClouds;
 use crate::cumulus::dressed::{self, Scattering};
 use crate::field::Field;
 use crate::gpu::Gpu;
@@ -9,54 +10,19 @@ use crate::job::{Job, RenderError, Watch};
 use crate::light::{Dressed, LatticeInputs, LatticeLit, LatticeMaps};
 use crate::method::Transport;
 use crate::moment::Moment;
-use std::fmt;
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError, Weak};
-
-/// A lattice that some renderer may keep.
-type Solved = (LatticeKey, Weak<LatticeMaps>);
-
-/// Lattices that renderers on the same adapter have solved, for each other: what one keeps the others need not solve again.
-#[derive(Clone, Default)]
-pub struct SolvedLattices(Arc<Mutex<Vec<Solved>>>);
-
-impl fmt::Debug for SolvedLattices {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.debug_struct("SolvedLattices").field("count", &self.count()).finish()
-    }
-}
-
-impl SolvedLattices {
-    /// How many there are: those that a renderer keeps.
-    pub fn count(&self) -> usize {
-        self.lock().iter().filter(|(_, maps)| maps.strong_count() > 0).count()
-    }
-
-    fn lock(&self) -> MutexGuard<'_, Vec<Solved>> {
-        self.0.lock().unwrap_or_else(PoisonError::into_inner)
-    }
-
-    fn of(&self, key: &LatticeKey) -> Option<Arc<LatticeMaps>> {
-        self.lock().iter().find(|(known, _)| known == key).and_then(|(_, maps)| maps.upgrade())
-    }
-
-    fn add(&self, key: LatticeKey, maps: &Arc<LatticeMaps>) {
-        let mut all = self.lock();
-        all.retain(|(known, maps)| maps.strong_count() > 0 && *known != key);
-        all.push((key, Arc::downgrade(maps)));
-    }
-}
+use std::sync::Arc;
 
 /// The lattices of some layers and suns.
 pub(super) struct LatticesKept {
     lattices: Kept<LatticeKey, Option<Arc<LatticeLit>>>,
     dressed: Kept<MixKey, Arc<Dressed>>,
-    solved: SolvedLattices,
+    shared: SharedClouds,
 }
 
 impl LatticesKept {
-    pub(super) fn new(capacity: usize, solved: SolvedLattices) -> Self {
+    pub(super) fn new(capacity: usize, shared: SharedClouds) -> Self {
         let size = |lattice: &Option<Arc<LatticeLit>>| lattice.as_ref().map_or(0, |lattice| lattice.size());
-        Self { lattices: Kept::sized(capacity, size), dressed: Kept::new(capacity), solved }
+        Self { lattices: Kept::sized(capacity, size), dressed: Kept::new(capacity), shared }
     }
 
     /// Those that may be large.
@@ -74,7 +40,7 @@ impl LatticesKept {
         moment: &Moment,
     ) -> Result<Vec<Option<Arc<LatticeLit>>>, RenderError> {
         let wanted = moment.plan.transport == Transport::Lattice && moment.illumination.is_day();
-        let Self { lattices, dressed, solved } = self;
+        let Self { lattices, dressed, shared } = self;
         let of = |(number, field): (usize, &Arc<Field>)| {
             if !wanted || field.is_uniform() {
                 return Ok(None);
@@ -83,7 +49,7 @@ impl LatticesKept {
             lattices.get_or(key(), || {
                 let tables = &job.tables()[number];
                 let extinction_per_m = moment.layers[number].extinction_per_m;
-                let maps = match solved.of(&key()) {
+                let maps = match shared.layers().of(&key()) {
                     Some(maps) => maps,
                     None => {
                         let inputs = LatticeInputs {
@@ -98,7 +64,7 @@ impl LatticesKept {
                         };
                         let Some(maps) = LatticeMaps::new(&inputs, &|| watch.look())? else { return Ok(None) };
                         let maps = Arc::new(maps);
-                        solved.add(key(), &maps);
+                        shared.layers().add(key(), &maps);
                         maps
                     }
                 };

@@ -7,7 +7,8 @@ use super::drawn::{cumulus_place, drawn};
 use super::file::check_eye;
 use super::kept::{Kept, Results, shrink};
 use super::keys::{BeamKey, FieldKey, LightKey, MixKey, SlabKey, SourceKey};
-use super::lattices_kept::{LatticesKept, SolvedLattices};
+use super::lattices_kept::LatticesKept;
+use super::shared::SharedClouds;
 use super::sky::{SkyJob, SkyKept};
 use super::stages::SkyStages;
 use crate::field::{self, ColumnMap, Field, Given, Source};
@@ -110,18 +111,18 @@ impl Clock {
 }
 
 impl Pipeline {
-    pub(super) fn new(gpu: Gpu, solved: SolvedLattices) -> Self {
+    pub(super) fn new(gpu: Gpu, shared: SharedClouds) -> Self {
         Self {
             gpu,
             tables: Kept::new(KEPT),
             sources: Kept::sized(KEPT_SOURCES, |source| source.lock().unwrap_or_else(PoisonError::into_inner).size()),
             fields: Kept::sized(KEPT, |field| field.size()),
             slabs: Kept::new(KEPT),
-            lattices: LatticesKept::new(KEPT, solved),
+            lattices: LatticesKept::new(KEPT, shared.clone()),
             lights: Kept::sized(KEPT, |light| light.size()),
             beams: Kept::sized(KEPT_BEAMS, |suns| suns.iter().map(GroundSun::size).sum()),
             skies: SkyKept::new(),
-            cumulus: CumulusKept::new(),
+            cumulus: CumulusKept::new(shared),
             decks: Kept::sized(KEPT_SOURCES, |map| size_of_val(map.data.as_slice()) as u64),
         }
     }

@@ -14,23 +14,20 @@ const ASIDE: f32 = 0.819;
 
 /// Where the cloud is.
 pub(crate) struct CumulusField {
-    pub(crate) host: Volume,
-    /// Radius of its largest ball.
-    pub(crate) root_m: f64,
+    pub(crate) host: Arc<Volume>,
     volume: wgpu::TextureView,
     leaps: wgpu::TextureView,
     relief: wgpu::TextureView,
 }
 
 impl CumulusField {
-    /// Brings a volume to the device, where the noise is. `root_m`: largest radius of its spheres.
-    pub(crate) fn new(gpu: &Gpu, host: Volume, relief: wgpu::TextureView, root_m: f64) -> Self {
+    /// Brings a volume to the device, where the noise is.
+    pub(crate) fn new(gpu: &Gpu, host: Arc<Volume>, relief: wgpu::TextureView) -> Self {
         let size = |size: [usize; 3]| size.map(|n| n as u32);
         Self {
             volume: gpu.volume_from("cumulus", size(host.size), wgpu::TextureFormat::R8Unorm, &host.samples),
             leaps: gpu.volume_from("leaps", size(host.blocks), wgpu::TextureFormat::R8Uint, &host.leaps),
             relief,
-            root_m,
             host,
         }
     }
@@ -75,22 +72,24 @@ pub(crate) struct CumulusLit {
     /// As of the lattice.
     pub(crate) added: [[f64; 3]; 2],
     light: [wgpu::TextureView; 3],
+    /// For other renderers.
+    _host: Arc<Lattice>,
 }
 
 impl CumulusLit {
-    /// Bytes on the device.
+    /// Bytes on the device, and as much on the host.
     pub(crate) fn size(&self) -> u64 {
-        self.light.iter().map(view_bytes).sum::<u64>() + self.sun_depth.size()
+        2 * (self.light.iter().map(view_bytes).sum::<u64>() + self.sun_depth.size())
     }
 
     /// Brings a lattice to the device.
-    pub(crate) fn new(gpu: &Gpu, host: &Lattice) -> Self {
+    pub(crate) fn new(gpu: &Gpu, host: Arc<Lattice>) -> Self {
         let size = host.size.map(|n| n as u32);
         let light = host
             .light
             .each_ref()
             .map(|light| gpu.volume_from("lattice", size, wgpu::TextureFormat::Rgba16Float, light));
-        Self { sun_depth: SunDepth::new(gpu, host), added: host.added, light }
+        Self { sun_depth: SunDepth::new(gpu, &host), added: host.added, light, _host: host }
     }
 }
 

@@ -48,7 +48,6 @@ pub(super) struct Prepared {
     pub(super) cloud: Cloud,
     volume: Volume,
     coarse: Coarse,
-    root_m: f64,
 }
 
 /// The light of a method in a cloud under a sun.
@@ -79,8 +78,7 @@ impl Prepared {
     pub(super) fn all() -> Result<Vec<Self>, ChartError> {
         let prepare = |cloud: Cloud| {
             let volume = Volume::new(&cloud.body);
-            let root_m = cloud.body.spheres.iter().map(|sphere| sphere.radius_m).fold(0.0, f64::max);
-            Self { coarse: Coarse::new(&volume), volume, root_m, cloud }
+            Self { coarse: Coarse::new(&volume), volume, cloud }
         };
         Ok(clouds()?.into_iter().map(prepare).collect())
     }
@@ -116,14 +114,9 @@ impl Light<'_> {
             lattice.as_ref().map(seen)
         };
         let by_surface = |surface: Surface| {
-            let traps = surface.has_traps(lighting.extinction_per_m[1], &lighting.scattering[1], prepared.root_m);
+            let traps = surface.has_traps(lighting.extinction_per_m[1], &lighting.scattering[1], volume.root_m);
             let coarse = traps.then_some(&prepared.coarse);
-            SurfaceLight { volume, lighting, coarse, surface, root_m: prepared.root_m }.seen(
-                ray,
-                FARTHEST_M,
-                |_| 0.0,
-                background,
-            )
+            SurfaceLight { volume, lighting, coarse, surface }.seen(ray, FARTHEST_M, |_| 0.0, background)
         };
         let seen = match row {
             Row::Octaves(_, octaves) => by_octaves(*octaves),
