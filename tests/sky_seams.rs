@@ -201,8 +201,8 @@ fn camera(sky: &mut Sky, scene: &Value, picture: &Picture, towards: [f64; 3], wi
 
 /// Single precision through tables.
 const SAME: f64 = 2e-4;
-/// Texels of cloud that have several rays have them at other places in other projections, and a fisheye's are wider than high: root mean
-/// square of the mean light, along seams as elsewhere. With the mean width of texels in place of each one's own, cubes were off by 0.032 along their seams.
+/// Texels of cloud that have several rays have them at other places in other projections: root mean square of the mean light, along seams as
+/// elsewhere. With the mean width of texels in place of each one's own, cubes were off by 0.032 along their seams.
 const CLOUDS: f64 = 0.025;
 /// Sine of an elevation within which a texel may show sky and ground. Its shape decides how much of each.
 const HORIZON: f64 = 0.02;

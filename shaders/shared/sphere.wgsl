@@ -111,7 +111,10 @@ fn sphere_cone(view: SkyView, direction: vec3<f32>) -> Cone {
             return Cone(side, side);
         }
         case SPHERE_FISHEYE: {
-            return Cone(2.0 * PI * view.turns * texel, 2.0 * PI * view.turns * texel);
+            // From the middle outwards texels stay as high, and are the wider around it; at the rim of a whole sphere all show one point.
+            let rise = 2.0 * PI * view.turns * texel;
+            let around = select(acos(direction.z) / level, 1.0 + level * level / 6.0, direction.z > 0.995);
+            return Cone(rise, rise * sqrt(min(around, 100.0)));
         }
         case SPHERE_CUBE: {
             // The cube's axes are those of east, north and up.

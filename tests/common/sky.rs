@@ -80,8 +80,13 @@ pub(crate) fn texel_side(layout: SphereLayout, size: u32, direction: [f64; 3]) -
         SphereLayout::Equirect => 0.5 * PI * texel * near[0].hypot(near[1]).sqrt(),
         SphereLayout::Octahedral => texel * near.iter().sum::<f64>().powf(1.5),
         SphereLayout::Cube => texel * near.into_iter().fold(0.0, f64::max).powf(1.5),
-        // Of a fisheye wider than high, of a camera in its middle.
-        SphereLayout::Fisheye { fov_deg } | SphereLayout::Camera { fov_deg, .. } => 0.5 * texel * fov_deg.to_radians(),
+        SphereLayout::Fisheye { fov_deg } => {
+            let zenith = direction[2].clamp(-1.0, 1.0).acos();
+            let around = if zenith > 0.0 { (zenith / zenith.sin().max(1e-3)).min(100.0) } else { 1.0 };
+            0.5 * texel * fov_deg.to_radians() * around.sqrt()
+        }
+        // In its middle.
+        SphereLayout::Camera { fov_deg, .. } => 0.5 * texel * fov_deg.to_radians(),
     }
 }
 
