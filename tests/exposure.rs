@@ -6,6 +6,7 @@ mod common;
 use common::sky::{Sky, hg_layer};
 use serde_json::{Value, json};
 use skyloom::render::{RenderError, Watch, encode};
+use skyloom::request::TextureKind;
 
 fn in_air(zenith_deg: f64) -> Value {
     json!({
@@ -69,16 +70,35 @@ fn a_fixed_camera_is_white_at_the_luminance_that_saturates_it() {
 }
 
 #[test]
-fn dusk_is_dark_for_a_fixed_camera_and_not_for_the_others() {
+fn dusk_is_black_for_a_fixed_camera_dark_for_an_eye_and_bright_for_a_meter() {
     let mut sky = Sky::open();
     let mut bright = |zenith: f64, query: &[(&str, &str)]| mean(&picture(&mut sky, &in_air(zenith), "sky", query).0);
-    for (query, darkens) in [
-        (&[("size", "24"), ("ev100", "14")][..], true),
-        (&[("size", "24")], false),
-        (&[("size", "24"), ("exposure", "auto")], false),
+    for (query, least, most) in [
+        (&[("size", "24"), ("ev100", "14")][..], 0.0, 0.2),
+        (&[("size", "24")], 0.3, 0.9),
+        (&[("size", "24"), ("exposure", "auto")], 0.8, f64::INFINITY),
     ] {
         let [noon, dusk] = [bright(30.0, query), bright(95.0, query)];
-        assert_eq!(dusk < 0.2 * noon, darkens, "{query:?}: {noon}, then {dusk}");
+        assert!((least..most).contains(&(dusk / noon)), "{query:?}: {noon}, then {dusk}");
+    }
+}
+
+/// The key of the eye: equation 11 of its source by hand, and pictures that get darker with the sun, steadily, and are not black before it is night.
+#[test]
+fn the_eyes_white_is_brighter_the_darker_it_is() {
+    for (klx, key) in [(100.0, 0.7225), (1.0, 0.5860), (0.01, 0.2671), (0.0, 0.03)] {
+        let found = 0.7225 / TextureKind::Sky.white_of_dusk(klx);
+        assert!((found - key).abs() < 1e-3, "{klx} klx: {found}, not {key}");
+    }
+    assert_eq!(TextureKind::Shadow.white_of_dusk(0.0), 1.0);
+    let mut sky = Sky::open();
+    let mut before = f64::INFINITY;
+    for zenith in [85.0, 88.0, 90.0, 92.0, 94.0, 96.0, 98.0, 100.0, 102.0] {
+        let now = mean(&picture(&mut sky, &in_air(zenith), "sky", &[("size", "24")]).0);
+        eprintln!("sun at {zenith}: {now:.4}");
+        assert!(now < 1.02 * before && (now > 0.6 * before || before > 1.0), "sun at {zenith}: {before}, then {now}");
+        assert!(now > 0.03, "sun at {zenith}: black");
+        before = now;
     }
 }
 

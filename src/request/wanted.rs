@@ -114,11 +114,26 @@ impl TextureKind {
         if white > 0.0 { white } else { 1.0 }
     }
 
+    /// How much brighter than [`white`](Self::white) an eye's white is in the dark, which it knows for what it is: 1 by day (100 klx), 2.7 at 10 lx,
+    /// 20 by night. What was measured of painters' and photographers' keys by the luminance that an eye is used to (Krawczyk, Myszkowski and Seidel
+    /// 2005, Perceptual effects in real-time tone mapping, equation 11): 1.03 - 2 / (2 + log10(Y + 1)), Y in cd/m2, here that of a white surface
+    /// under the horizontal irradiance, klx.
+    pub fn white_of_dusk(self, irradiance_klx: f64) -> f64 {
+        let key = |klx: f64| 1.03 - 2.0 / (2.0 + (1e3 * klx.max(0.0) / PI + 1.0).log10());
+        match self {
+            Self::Cloud | Self::Sky | Self::Irradiance => key(DAY_KLX) / key(irradiance_klx),
+            Self::Shadow | Self::Compass | Self::Thickness => 1.0,
+        }
+    }
+
     /// The names of all textures, in a row.
     pub fn names() -> String {
         Self::ALL.map(Self::name).join(", ")
     }
 }
+
+/// Horizontal irradiance of a clear day, klx.
+const DAY_KLX: f64 = 100.0;
 
 /// Stages that a texture takes beside the field.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
