@@ -200,5 +200,10 @@ fn who_asks_for_what_is_there_or_small_hardly_notices_who_asks_for_what_is_large
         assert!(hits_beside < SLOWER * hits, "hits {hits_beside:?} beside, {hits:?} without");
         let (own, middle) = (part(&mut alone, 0.5).max(LEAST), part(&mut beside.misses, 0.5));
         assert!(middle < SLOWER * own, "misses {middle:?} beside, {own:?} alone");
+        // Nearly all of them too, and the slowest against the slowest of as many clients.
+        let nearly_all = part(&mut beside.misses, 0.9);
+        assert!(nearly_all < SLOWER * own, "nine in ten misses {nearly_all:?} beside, {own:?} alone");
+        let [slowest, slowest_beside] = [&mut without, &mut beside].map(|seen| part(&mut seen.misses, 0.99));
+        assert!(slowest_beside < SLOWER * slowest, "the slowest misses {slowest_beside:?} beside, {slowest:?} without");
     }
 }
