@@ -83,7 +83,7 @@ fn dusk_is_black_for_a_fixed_camera_dark_for_an_eye_and_bright_for_a_meter() {
     }
 }
 
-/// The key of the eye: equation 11 of its source by hand, and pictures that get darker with the sun, steadily, and are not black before it is night.
+/// The key of the eye: equation 11 of its source by hand, and pictures that get darker with the sun, steadily, and are not black before it is night. Light falls by ten from step to step, the picture by three at most.
 #[test]
 fn the_eyes_white_is_brighter_the_darker_it_is() {
     for (klx, key) in [(100.0, 0.7225), (1.0, 0.5860), (0.01, 0.2671), (0.0, 0.03)] {
@@ -96,8 +96,8 @@ fn the_eyes_white_is_brighter_the_darker_it_is() {
     for zenith in [85.0, 88.0, 90.0, 92.0, 94.0, 96.0, 98.0, 100.0, 102.0] {
         let now = mean(&picture(&mut sky, &in_air(zenith), "sky", &[("size", "24")]).0);
         eprintln!("sun at {zenith}: {now:.4}");
-        assert!(now < 1.02 * before && (now > 0.6 * before || before > 1.0), "sun at {zenith}: {before}, then {now}");
-        assert!(now > 0.03, "sun at {zenith}: black");
+        assert!(now < 1.02 * before && (now > 0.35 * before || before > 1.0), "sun at {zenith}: {before}, then {now}");
+        assert!(now > 0.02, "sun at {zenith}: black");
         before = now;
     }
 }
