@@ -230,6 +230,8 @@ pub enum CumulusMethod {
     Shader3Published,
     /// The shader that followed it, repaired, with the constants of its pictures.
     ShaderPublished,
+    /// The veil as it was published, which never darkens.
+    ForwardPublished,
     /// The shader of 2000, its constants fitted to Monte Carlo: a surface with creases, and an edge that glows.
     Shader3,
     /// The shader that followed it, repaired and fitted in the same way.
@@ -246,6 +248,7 @@ named! {
     CumulusMethod:
     Shader3Published = "shader3-published",
     ShaderPublished = "shader-published",
+    ForwardPublished = "forward-published",
     Shader3 = "shader3",
     Shader = "shader",
     Forward = "forward",
@@ -261,7 +264,7 @@ impl CumulusMethod {
             Self::ShaderPublished => Some(Surface::PUBLISHED),
             Self::Shader3 => Some(Surface::REFITTED_3),
             Self::Shader => Some(Surface::REFITTED),
-            Self::Forward | Self::Octaves | Self::Lattice => None,
+            Self::ForwardPublished | Self::Forward | Self::Octaves | Self::Lattice => None,
         }
     }
 
@@ -270,6 +273,7 @@ impl CumulusMethod {
         match self {
             Self::Shader3Published => 1.2,
             Self::ShaderPublished => 0.95,
+            Self::ForwardPublished => 0.8,
             Self::Shader3 => 0.55,
             Self::Shader => 0.55,
             Self::Forward => 0.64,
@@ -283,6 +287,7 @@ impl CumulusMethod {
         match self {
             Self::Shader3Published | Self::Shader3 => "surface with creases by angle and a glowing edge",
             Self::ShaderPublished | Self::Shader => "surface with creases by distance and a glowing edge",
+            Self::ForwardPublished => "veil that scatters forwards and never darkens",
             Self::Forward => "veil that scatters forwards",
             Self::Octaves => "3 octaves of single scattering",
             Self::Lattice => "14 directions, dressed single scattering",

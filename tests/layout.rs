@@ -137,8 +137,8 @@ fn host_layouts() -> Vec<(&'static str, Layout)> {
             sun_radius,
             cell_m,
             lattice_floor_m,
-            spare_0,
-            spare_1
+            published,
+            spare
         }),
         host_layout!(CumulusSurface { glow_m, blob_m, ambient, diffuse, bump, corona, reached_m, traps, trap, spare }),
         host_layout!(Blur { axis, radius, sharpness }),
@@ -235,6 +235,7 @@ fn constants_of_cumulus() {
         ("FORWARD_OPAQUE", cumulus_forward::FORWARD_OPAQUE),
         ("FORWARD_SHARPEST", cumulus_forward::FORWARD_SHARPEST),
         ("FORWARD_BROADEST", cumulus_forward::FORWARD_BROADEST),
+        ("FORWARD_LN_2", std::f64::consts::LN_2),
     ];
     let surface = [
         ("SURFACE_OPAQUE", cumulus_surface::SURFACE_OPAQUE),

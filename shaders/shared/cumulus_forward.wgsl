@@ -7,6 +7,7 @@ const FORWARD_OPAQUE: f32 = 100.0;
 // Exponent of the cosine where the veil is thin, and where it is thick.
 const FORWARD_SHARPEST: f32 = 32.0;
 const FORWARD_BROADEST: f32 = 0.45;
+const FORWARD_LN_2: f32 = 0.69314718;
 
 // Part of a beam that goes straight through a slab of an optical depth and is scattered, of droplets of some scattering.
 fn forward_through(depth: f32, kept: f32, scaled_albedo: f32, asymmetry: f32) -> f32 {
@@ -38,8 +39,12 @@ fn cumulus_seen(ray: CloudRay, near_m: f32, far_m: f32, cone: f32, wide_m: f32, 
     let depths = cumulus_ratio() * depth;
     var light = vec3<f32>(0.0);
     for (var c = 0u; c < 3u; c++) {
-        let exponent = max(FORWARD_SHARPEST * exp2(-depths[c]), FORWARD_BROADEST);
-        let through = forward_through(depths[c], cumulus.kept[c], cumulus.albedo[c], cumulus.asymmetry[c] / 3.0);
+        // As it was published it grows with 1 - 2^-depth, and has no broadest lobe.
+        let published = cumulus.published == 1u;
+        let exponent = max(FORWARD_SHARPEST * exp2(-depths[c]), select(FORWARD_BROADEST, 0.0, published));
+        let darkens = forward_through(depths[c], cumulus.kept[c], cumulus.albedo[c], cumulus.asymmetry[c] / 3.0);
+        let grows = (cumulus.albedo[c] * cumulus.kept[c] + 1.0 - cumulus.kept[c]) * cumulus_alpha(FORWARD_LN_2 * depths[c]);
+        let through = select(darkens, grows, published);
         light[c] = cumulus.irradiance[c] / PI * 0.5 * (exponent + 1.0) * cumulus_lobe(away, exponent) * through;
     }
     light += (1.0 - cumulus_passes(depth)) * cumulus_even(-ray.towards.z) + cumulus_behind(depth, background);

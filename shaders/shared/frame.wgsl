@@ -156,8 +156,8 @@ struct Cumulus {
     sun_radius: f32,          // of the sun's disc, radians
     cell_m: f32,              // side of the lattice's cubes
     lattice_floor_m: f32,     // lower face of the lattice
-    spare_0: u32,
-    spare_1: u32,
+    published: u32,           // 1 where a veil is as it was published
+    spare: u32,
 }
 
 // Constants of a shader that takes a cumulus for its surface.

@@ -28,7 +28,7 @@ fn colour(row: Row) -> RGBColor {
     match row {
         Row::Asked(CumulusMethod::Shader3 | CumulusMethod::Shader3Published) => ORANGE,
         Row::Asked(CumulusMethod::Shader | CumulusMethod::ShaderPublished) => RED,
-        Row::Asked(CumulusMethod::Forward) => GREY,
+        Row::Asked(CumulusMethod::Forward | CumulusMethod::ForwardPublished) => GREY,
         Row::Octaves("8 octaves", _) => TEAL,
         Row::Octaves(..) => BROWN,
         Row::Asked(CumulusMethod::Octaves) => GREEN,
@@ -38,7 +38,8 @@ fn colour(row: Row) -> RGBColor {
 
 /// Those with constants as they were published.
 fn is_published(row: Row) -> bool {
-    matches!(row, Row::Asked(CumulusMethod::Shader3Published | CumulusMethod::ShaderPublished))
+    use CumulusMethod::{ForwardPublished, Shader3Published, ShaderPublished};
+    matches!(row, Row::Asked(Shader3Published | ShaderPublished | ForwardPublished))
 }
 
 /// Pictures of a method: of a cloud, or of all; of a set, or of all under a sun.
@@ -151,7 +152,7 @@ fn picture(found: &[CumulusError], costs: &[Cost]) -> Figure {
     };
     let key = |row: &Row| (Key::Dot { colour: colour(*row), ring: is_published(*row) }, row.name().to_owned());
     let (first, second): (Vec<Row>, Vec<Row>) =
-        rows().into_iter().partition(|row| row.name().starts_with("shader") || row.name() == "forward");
+        rows().into_iter().partition(|row| row.name().starts_with("shader") || row.name().starts_with("forward"));
     Figure {
         title: "Light in cumulus: cost against error".to_owned(),
         subtitle: "radiance against Monte Carlo in three dimensions (3 clouds, 5 views, 28 suns); twins in double precision; the lattice's \

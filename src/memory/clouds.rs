@@ -128,7 +128,7 @@ pub(super) fn cumulus(tally: &mut Tally, scene: &Scene, request: &Request, plan:
             tally.pass_on_host(stage, of.looked);
             tally.keep(stage, of.sun_depth);
         }
-        CumulusMethod::Forward => {}
+        CumulusMethod::Forward | CumulusMethod::ForwardPublished => {}
         _ => {
             tally.pass_on_host(stage, NORMALS * 5);
             tally.keep(stage, NORMALS);

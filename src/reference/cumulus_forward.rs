@@ -5,7 +5,7 @@ use crate::cumulus::dressed::Scattering;
 use crate::cumulus::lattice::Lighting;
 use crate::cumulus::{Ray, Step, Volume};
 use glam::DVec3;
-use std::f64::consts::PI;
+use std::f64::consts::{LN_2, PI};
 
 /// Optical depth beyond which nothing changes.
 pub const FORWARD_OPAQUE: f64 = 100.0;
@@ -21,6 +21,8 @@ pub struct ForwardLight<'a> {
     pub volume: &'a Volume,
     /// What lights it.
     pub lighting: &'a Lighting,
+    /// As the veil was published: it grows with `1 - 2^-depth`, and has no broadest lobe.
+    pub published: bool,
 }
 
 /// Part of a beam that goes through a slab of an optical depth, straight down, and is scattered: Eddington's closed form with the forward
@@ -39,7 +41,7 @@ pub fn scattered_through(depth: f64, scattering: &Scattering) -> f64 {
 impl ForwardLight<'_> {
     /// What is seen along a ray before `background`, the radiance of what lies behind.
     pub fn seen(&self, ray: Ray, farthest_m: f64, soft_m: impl Fn(f64) -> f64, background: DVec3) -> CumulusSeen {
-        let Self { volume, lighting } = *self;
+        let Self { volume, lighting, published } = *self;
         let extinction = lighting.extinction_per_m[1];
         let (mut depth, mut moment) = (0.0, 0.0);
         volume.march(ray, farthest_m, soft_m, |step: Step| {
@@ -52,9 +54,13 @@ impl ForwardLight<'_> {
         let away = 0.5 * (ray.towards - lighting.towards_sun).length_squared();
         let colours = colours(lighting, depth);
         let lobe = |c: usize| {
-            let exponent = (FORWARD_SHARPEST * (-colours[c]).exp2()).max(FORWARD_BROADEST);
+            let (albedo, _) = lighting.scattering[c].droplets();
+            let (broadest, through) = match published {
+                true => (0.0, albedo * -(-colours[c] * LN_2).exp_m1()),
+                false => (FORWARD_BROADEST, scattered_through(colours[c], &lighting.scattering[c])),
+            };
+            let exponent = (FORWARD_SHARPEST * (-colours[c]).exp2()).max(broadest);
             let lobe = if away < 1.0 { (exponent * (-away).ln_1p()).exp() } else { 0.0 };
-            let through = scattered_through(colours[c], &lighting.scattering[c]);
             lighting.sun[c] / PI * 0.5 * (exponent + 1.0) * lobe * through
         };
         let shown = 1.0 - passes(lighting, depth);

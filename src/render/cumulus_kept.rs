@@ -151,7 +151,7 @@ impl CumulusKept {
                         Arc::new(SunDepth::new(gpu, &Lattice::unlit(&field_of.host, &lighting)))
                     }))
                 }
-                (None, CumulusMethod::Forward) => CumulusLight::Forward,
+                (None, CumulusMethod::Forward | CumulusMethod::ForwardPublished) => CumulusLight::Forward,
                 (None, _) => {
                     let lit = self.lights.get_or((key.clone(), lighting), || {
                         let lattice = shared
@@ -186,7 +186,8 @@ impl CumulusKept {
             CumulusLight::Forward => None,
         });
         let relief_m = Relief::new(extent_m).tile_m();
-        let frame = frame::cumulus(&field.host, &lighting, beam, lattice, drift, [relief_m, light.sun_diameter]);
+        let mut frame = frame::cumulus(&field.host, &lighting, beam, lattice, drift, [relief_m, light.sun_diameter]);
+        frame.published = u32::from(method == Some(CumulusMethod::ForwardPublished));
         let bound = gpu.uniform("cumulus", &frame);
         Ok(Some((CumulusInputs { frame, bound, field, seen }, added)))
     }

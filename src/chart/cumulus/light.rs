@@ -127,7 +127,10 @@ impl Light<'_> {
                     let dressed = [*dressed; 3];
                     CumulusLight { volume, lattice, lighting, dressed }.seen(ray, FARTHEST_M, |_| 0.0, background)
                 }),
-                _ => Some(ForwardLight { volume, lighting }.seen(ray, FARTHEST_M, |_| 0.0, background)),
+                _ => {
+                    let published = *method == CumulusMethod::ForwardPublished;
+                    Some(ForwardLight { volume, lighting, published }.seen(ray, FARTHEST_M, |_| 0.0, background))
+                }
             },
         };
         seen.map_or(f64::NAN, |seen| seen.radiance.y)

@@ -52,10 +52,10 @@ pub struct Cumulus {
     pub cell_m: f32,
     /// Lower face of the lattice.
     pub lattice_floor_m: f32,
+    /// 1 where a veil is as it was published.
+    pub published: u32,
     /// Unused.
-    pub spare_0: u32,
-    /// Unused.
-    pub spare_1: u32,
+    pub spare: u32,
 }
 
 /// Constants of a shader that takes a cumulus for its surface.
