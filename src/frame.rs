@@ -1,7 +1,7 @@
 //! From a moment to the host structs that the passes take: the only place where double precision becomes single.
 
 use crate::cumulus::Volume;
-use crate::cumulus::lattice::Lighting;
+use crate::cumulus::lattice::{Lighting, inward_m};
 use crate::gpu::layout::{Backdrop, Cumulus, Frame, Medium, Placement, SkyView, Sun, SunMaps, View};
 use crate::moment::Moment;
 use crate::plan::SkyDetail;
@@ -107,6 +107,7 @@ pub(crate) fn cumulus(
         sun_radius: (0.5 * sun_diameter) as f32,
         cell_m: lattice.map_or(1.0, |[cell_m, _]| cell_m) as f32,
         lattice_floor_m: lattice.map_or(0.0, |[_, floor_m]| floor_m) as f32,
+        inward_m: lattice.map_or(0.0, |[cell_m, _]| inward_m(cell_m, lighting.extinction_per_m[1])) as f32,
         ..Cumulus::default()
     }
 }

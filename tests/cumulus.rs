@@ -8,7 +8,7 @@ mod truth;
 use glam::DVec3;
 use skyloom::cumulus::dressed::{self, Scattering};
 use skyloom::cumulus::lattice::{Lattice, Lighting};
-use skyloom::cumulus::{Body, Ray, Sphere, Volume};
+use skyloom::cumulus::{Body, Index, Line, Ray, Sphere, Volume};
 use skyloom::optics::{self, Channel, Mix};
 use skyloom::reference::cumulus::{CumulusLight, CumulusSeen};
 use std::cell::Cell;
@@ -61,9 +61,9 @@ impl Droplets {
     }
 }
 
-fn ball(radius_m: f64) -> Body {
+fn ball(radius_m: f64, extent_m: f64) -> Body {
     let sphere = Sphere { centre: DVec3::new(0.0, 0.0, 1000.0), radius_m };
-    Body { spheres: vec![sphere], base_m: 0.0, edge_m: 0.0, relief_m: 0.0, extent_m: 8.0 * radius_m }
+    Body { spheres: vec![sphere], base_m: 0.0, edge_m: 0.0, relief_m: 0.0, extent_m }
 }
 
 /// Directions all around, evenly.
@@ -75,13 +75,13 @@ fn directions(count: usize) -> impl Iterator<Item = DVec3> {
     })
 }
 
-/// Parallel rays that look at a ball at 1000 m, evenly over its disc.
-fn across(radius_m: f64, towards: DVec3, count: usize) -> impl Iterator<Item = Ray> {
+/// Parallel rays that look at a ball at 1000 m, evenly over its disc, which is turned by an angle.
+fn across(radius_m: f64, towards: DVec3, count: usize, turned: f64) -> impl Iterator<Item = Ray> {
     let side = towards.any_orthonormal_vector();
     let up = towards.cross(side);
     (0..count).map(move |i| {
         let out = radius_m * ((i as f64 + 0.5) / count as f64).sqrt();
-        let (sin, cos) = (2.399_963 * i as f64).sin_cos();
+        let (sin, cos) = (2.399_963 * i as f64 + turned).sin_cos();
         let from = DVec3::new(0.0, 0.0, 1000.0) + out * (cos * side + sin * up) - 2.0 * radius_m * towards;
         Ray { from, towards }
     })
@@ -206,32 +206,29 @@ fn a_lattice_is_settled_and_the_same_on_any_number_of_cores() {
     }
 }
 
-/// What a white ball takes from the sun it sends out, within 3 %, from the thinnest to one whose cubes hold ten mean free paths.
+/// What a white ball takes from the sun it sends out, within 3 %, from the thinnest to one whose cubes hold ten mean free paths; in a domain
+/// of 6 km, where they are of 17 m, as well.
 #[test]
 fn a_ball_keeps_its_energy() {
+    const WAYS: usize = 400;
     let droplets = Droplets::new(1.0);
     let radius_m = 300.0;
-    let volume = Volume::new(&ball(radius_m));
+    let [near, far] = [2400.0, 6000.0].map(|extent_m| Volume::new(&ball(radius_m, extent_m)));
     let suns = [DVec3::new(0.6, 0.0, 0.8), DVec3::Z];
-    let extinctions = [1e-6, 1e-3, 0.01, 0.04, 0.1, 0.2, 0.5, 1.0];
-    for (sun, extinction) in suns.into_iter().flat_map(|sun| extinctions.map(|extinction| (sun, extinction))) {
+    let near = [1e-6, 1e-3, 0.01, 0.04, 0.1, 0.2, 0.5, 1.0].map(|extinction| (&near, extinction));
+    let far = [0.2, 0.5, 1.0].map(|extinction| (&far, extinction));
+    let cases = near.into_iter().chain(far);
+    for (sun, (volume, extinction)) in cases.flat_map(|case| suns.map(|sun| (sun, case))) {
         let lighting = droplets.lighting(extinction, sun);
         // The forward peak has most of the light of a thin ball: it is looked at more closely.
-        let rays: Vec<(f64, Ray)> = directions(1600)
-            .flat_map(|towards| {
-                let near = towards.dot(lighting.towards_sun) > 0.9;
-                let count = if near { 8 } else { 1 };
-                (0..count).map(move |_| (1.0 / f64::from(count), towards))
-            })
-            .enumerate()
-            .flat_map(|(i, (weight, towards))| {
-                let ray = across(radius_m, towards, 64).nth(i * 29 % 64);
-                ray.into_iter()
-                    .chain(across(radius_m, towards, 64).nth(i * 13 % 64))
-                    .map(move |ray| (0.5 * weight, ray))
+        let rays: Vec<(f64, Ray)> = (0..)
+            .zip(directions(WAYS))
+            .flat_map(|(i, towards)| {
+                let count = if towards.dot(lighting.towards_sun) > 0.9 { 32 } else { 8 };
+                across(radius_m, towards, count, f64::from(i)).map(move |ray| (1.0 / count as f64, ray))
             })
             .collect();
-        let seen = droplets.seen(&volume, &lighting, rays.iter().map(|(_, ray)| *ray), 2000.0);
+        let seen = droplets.seen(volume, &lighting, rays.iter().map(|(_, ray)| *ray), 2000.0);
         let sum: f64 = rays.iter().zip(&seen).map(|((weight, _), seen)| weight * seen.radiance.y).sum();
         let depth = 2.0 * extinction * radius_m;
         // Of the rays through a ball: mean of 1 - exp(-depth).
@@ -240,9 +237,9 @@ fn a_ball_keeps_its_energy() {
         } else {
             1.0 - 2.0 * (1.0 - (1.0 + depth) * (-depth).exp()) / (depth * depth)
         };
-        let sent = 4.0 * PI * sum / 1600.0 / taken;
-        println!("sun {sun}, extinction {extinction}: sends {sent:.4} of what it takes");
-        assert!((sent - 1.0).abs() < 0.03, "{sun} {extinction}: {sent}");
+        let sent = 4.0 * PI * sum / WAYS as f64 / taken;
+        println!("{} m, sun {sun}, extinction {extinction}: sends {sent:.4} of what it takes", volume.extent_m);
+        assert!((sent - 1.0).abs() < 0.03, "{} m, {sun}, {extinction}: {sent}", volume.extent_m);
     }
 }
 
@@ -250,7 +247,7 @@ fn a_ball_keeps_its_energy() {
 fn limits_are_finite() {
     for albedo in [0.0, 0.9, 1.0] {
         let droplets = Droplets::new(albedo);
-        let volume = Volume::new(&ball(50.0));
+        let volume = Volume::new(&ball(50.0, 400.0));
         for extinction in [1e-6, 1e-4, 0.03, 1.0] {
             for sun in [DVec3::Z, DVec3::X, -DVec3::Z, DVec3::new(0.6, 0.0, -0.8)] {
                 let lighting = Lighting { above: [0.5; 3], below: [0.1; 3], ..droplets.lighting(extinction, sun) };
@@ -262,10 +259,17 @@ fn limits_are_finite() {
                         Ray { from: inside, towards },
                     ]
                 });
-                for seen in droplets.seen(&volume, &lighting, rays, 1e4) {
+                // The last one grazes the ball, and may miss what is sampled of it.
+                let grazing = Ray { from: DVec3::new(49.999, -100.0, 1000.0), towards: DVec3::Y };
+                let seen = droplets.seen(&volume, &lighting, rays.chain([grazing]), 1e4);
+                for seen in &seen {
                     let finite = seen.radiance.is_finite() && seen.radiance.min_element() >= 0.0;
                     assert!(finite && seen.depth >= 0.0, "{albedo} {extinction} {sun}: {seen:?}");
+                }
+                for seen in &seen[..8] {
                     assert!(seen.depth > 0.0, "{sun}: no cloud was met");
+                    // As opacity goes, so does light: no phase function here sends more than 10 parts into a steradian.
+                    assert!(extinction > 1e-6 || seen.radiance.y <= 10.0 * seen.depth, "{seen:?}");
                 }
             }
         }
@@ -321,5 +325,119 @@ fn many_large_spheres_and_high_columns_are_bounded() {
         assert!(volume.size.into_iter().all(|side| side <= 2048), "{:?}", volume.size);
         let seen = volume.length_m(Ray { from: DVec3::ZERO, towards: DVec3::Z }, 1e5, 1e9, 0.0);
         assert!(seen.is_finite() && seen >= 0.0);
+    }
+}
+
+fn direction(zenith_deg: f64, azimuth_deg: f64) -> DVec3 {
+    let (sin, cos) = zenith_deg.to_radians().sin_cos();
+    let (east, north) = azimuth_deg.to_radians().sin_cos();
+    DVec3::new(sin * east, sin * north, cos)
+}
+
+/// What the clouds of a domain send along a direction, from all of its area: the mean over rays to a level plane, times the cosine.
+fn sends(droplets: &Droplets, volume: &Volume, lighting: &Lighting, along: DVec3) -> f64 {
+    const SIDE: usize = 64;
+    let place = |at: usize| ((at as f64 + 0.5) / SIDE as f64 - 0.5) * volume.extent_m;
+    let height_m = if along.z > 0.0 { volume.top_m + 1.0 } else { volume.floor_m - 1.0 };
+    let rays = (0..SIDE * SIDE).map(|i| {
+        let from = DVec3::new(place(i % SIDE), place(i / SIDE), height_m);
+        Ray { from, towards: -along }
+    });
+    let sum: f64 = droplets.seen(volume, lighting, rays, 1e5).iter().map(|seen| seen.radiance.y).sum();
+    along.z.abs() * sum / (SIDE * SIDE) as f64
+}
+
+/// Helmholtz: over a domain that repeats, black below, what goes from a sun to a view by way of the clouds goes from the view to the sun. Both are
+/// pictures whose energy errs by up to 3.7 % (`pictures_are_those_of_monte_carlo`), so their ratio by the root of 2 times that, 5.3 %. Against
+/// the sun, from 35 degrees on, a picture errs by up to 17 % from place to place, and few places have most of the light.
+#[test]
+fn sun_and_view_can_be_exchanged() {
+    let droplets = Droplets::new(1.0);
+    let ways = [(0.0, 0.0), (20.0, 10.0), (50.0, 130.0), (65.0, 250.0), (140.0, 20.0), (160.0, 300.0)];
+    let ways = ways.map(|(zenith_deg, azimuth_deg)| direction(zenith_deg, azimuth_deg));
+    for name in ["three", "hier"] {
+        let shape = Shape::named(name);
+        let volume = Volume::new(&shape.body);
+        let sent = ways.map(|sun| {
+            let lighting = droplets.lighting(shape.extinction_per_m, sun);
+            ways.map(|along| sends(&droplets, &volume, &lighting, along))
+        });
+        let (mut squares, mut count) = (0.0, 0.0);
+        for i in 0..ways.len() {
+            for j in 0..i {
+                let off = sent[i][j] / sent[j][i] - 1.0;
+                let behind = -ways[i].dot(ways[j]) > 35.0_f64.to_radians().cos();
+                println!("{name} {i} {j}: {off:+.4}{}", if behind { ", against the sun" } else { "" });
+                assert!(off.abs() < if behind { 0.17 } else { 0.053 }, "{name} {i} {j}: {off}");
+                squares += if behind { 0.0 } else { off * off };
+                count += if behind { 0.0 } else { 1.0 };
+            }
+        }
+        let rms: f64 = (squares / count).sqrt();
+        println!("{name}: {rms:.4} rms but against the sun");
+        assert!(rms < 0.02, "{name}: {rms}");
+    }
+}
+
+/// A ball alone loses `(h / R)^2 / 2` of its volume where the surface is read between samples that are `h` apart: nothing to speak of from five
+/// samples a radius on. Of what is drawn over the width of a cube for the lattice there is no cloud in clear air.
+#[test]
+fn small_balls_keep_what_samples_leave_them() {
+    for (radius_m, count) in [(3.0, 200), (6.0, 100), (10.0, 60), (25.0, 4)] {
+        let place = |i: usize, step: f64| (i as f64 * step).fract() - 0.5;
+        let one = |i: usize| Sphere {
+            centre: DVec3::new(
+                400.0 * place(i, 0.618_034),
+                400.0 * place(i, 0.754_878),
+                200.0 + 200.0 * place(i, 0.569_84),
+            ),
+            radius_m,
+        };
+        let body =
+            Body { spheres: (0..count).map(one).collect(), base_m: 0.0, edge_m: 0.0, relief_m: 0.0, extent_m: 400.0 };
+        let (volume, index) = (Volume::new(&body), Index::new(&body));
+        let mean = |length: &dyn Fn(DVec3) -> f64| {
+            let place = |at: usize| f64::from(at as u32) - 199.5;
+            (0..400 * 400).map(|i| length(DVec3::new(place(i % 400), place(i / 400), 0.0))).sum::<f64>() / 160_000.0
+        };
+        let found = mean(&|from| volume.length_m(Ray { from, towards: DVec3::Z }, 1e3, 1e9, 0.0));
+        let exact = mean(&|from| index.path_m(&Line::from(from, DVec3::Z), f64::INFINITY));
+        let lost = 0.5 * (volume.voxel_m / radius_m).powi(2);
+        println!(
+            "{radius_m} m in samples of {} m: keep {:.4}, {:.4} expected",
+            volume.voxel_m,
+            found / exact,
+            1.0 - lost
+        );
+        assert!((found / exact - 1.0 + lost).abs() < 0.005 + 0.2 * lost, "{radius_m}: {found} for {exact}");
+        // Half a cube of the lattice, 40 m, is more than depths are known for.
+        let clear = DVec3::new(0.0, 0.0, 360.0);
+        assert_eq!(volume.density(clear, 20.0), 0.0, "{radius_m}");
+    }
+}
+
+/// A ball as large as the domain has cubes that are larger, not more of them; light in it settles and is about what it takes.
+#[test]
+fn a_huge_ball_has_large_cubes() {
+    let droplets = Droplets::new(1.0);
+    let volume = Volume::new(&ball(2500.0, 40_000.0));
+    let lighting = droplets.lighting(0.02, direction(40.0, 120.0));
+    let lattice = Lattice::solve(&volume, &lighting);
+    println!("{:?} cubes of {} m, {} iterations", lattice.size, lattice.cell_m, lattice.iterations);
+    assert!(lattice.cell_m > 80.0 && lattice.size.iter().product::<usize>() < 5_000_000);
+    assert!(lattice.change < 1e-3 && lattice.iterations < 16);
+}
+
+/// Light settles in at most 16 iterations, white droplets or black, the thinnest cloud or the densest.
+#[test]
+fn light_settles_at_every_extinction() {
+    let volume = Volume::new(&ball(300.0, 6000.0));
+    for albedo in [0.0, 0.9, 1.0] {
+        let droplets = Droplets::new(albedo);
+        for extinction in [1e-6, 1e-3, 0.05, 1.0] {
+            let lighting = Lighting { above: [0.3; 3], ..droplets.lighting(extinction, direction(60.0, 20.0)) };
+            let lattice = Lattice::solve(&volume, &lighting);
+            assert!(lattice.change < 1e-3, "{albedo} {extinction}: {} after {}", lattice.change, lattice.iterations);
+        }
     }
 }

@@ -138,7 +138,7 @@ fn host_layouts() -> Vec<(&'static str, Layout)> {
             cell_m,
             lattice_floor_m,
             published,
-            spare
+            inward_m
         }),
         host_layout!(CumulusSurface { glow_m, blob_m, ambient, diffuse, bump, corona, reached_m, traps, trap, spare }),
         host_layout!(Blur { axis, radius, sharpness }),

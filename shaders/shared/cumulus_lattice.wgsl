@@ -15,7 +15,7 @@ const CUMULUS_PATH_LOG: f32 = 6.39859493; // ln 601
 // A piece of a ray that is shaded as one.
 fn cumulus_piece(ray: CloudRay, angle: f32, at_m: f32, before: f32, piece: f32) -> vec3<f32> {
     let place = cumulus_place(ray, at_m);
-    let uvw = cumulus_cube(place);
+    let uvw = cumulus_cube(cumulus_place(ray, at_m + cumulus.inward_m));
     let red = textureSampleLevel(light_red, around, uvw, 0.0);
     let green = textureSampleLevel(light_green, around, uvw, 0.0);
     let blue = textureSampleLevel(light_blue, around, uvw, 0.0);

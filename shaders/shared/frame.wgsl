@@ -157,7 +157,7 @@ struct Cumulus {
     cell_m: f32,              // side of the lattice's cubes
     lattice_floor_m: f32,     // lower face of the lattice
     published: u32,           // 1 where a veil is as it was published
-    spare: u32,
+    inward_m: f32,            // how far within the cloud the lattice is read
 }
 
 // Constants of a shader that takes a cumulus for its surface.

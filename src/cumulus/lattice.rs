@@ -80,6 +80,14 @@ fn cell_m([extent_m, height_m]: [f64; 2], extinction_per_m: f64, voxel_m: f64) -
     extent_m / (whole * (extent_m / cell / whole).round())
 }
 
+/// How far within a cloud its light is read, metres: from cubes that are larger than what is seen of them, half of which holds clear air at the
+/// surface. A share of what a cube is larger than so many mean free paths, found with a ball in domains of 2 to 12 km.
+pub fn inward_m(cell_m: f64, extinction_per_m: f64) -> f64 {
+    const SHARE: f64 = 0.125;
+    const PATHS: f64 = 2.0;
+    SHARE * (cell_m - PATHS / extinction_per_m).max(0.0)
+}
+
 /// Number and side (m) of the cubes of clouds up to a height, about.
 pub(super) fn cubes(extent_m: f64, height_m: f64, extinction_per_m: f64, voxel_m: f64) -> (f64, f64) {
     let cell_m = cell_m([extent_m, height_m], extinction_per_m, voxel_m);
@@ -180,4 +188,86 @@ fn halves(values: [f32; 4]) -> [f16; 4] {
     let mut halves = [f16::ZERO; 4];
     halves.convert_from_f32_slice(&values.map(|value| value.clamp(-65504.0, 65504.0)));
     halves
+}
+
+#[cfg(test)]
+mod tests {
+    use super::sweep::{DIAGONAL, EDGE};
+    use super::*;
+    use crate::cumulus::dressed::Scattering;
+    use crate::cumulus::{Body, Sphere};
+    use glam::DVec3;
+
+    /// Lebedev's rule of degree 5: sums over the 14 directions of all powers of their components up to the fifth are means over the sphere.
+    #[test]
+    fn the_directions_are_exact_up_to_the_fifth_power() {
+        let edges = [1.0, -1.0].into_iter().flat_map(|s| [DVec3::X, DVec3::Y, DVec3::Z].map(|axis| (EDGE, s * axis)));
+        let corner = |i: u32| [0, 1, 2].map(|bit| if i >> bit & 1 == 1 { 1.0 } else { -1.0 });
+        let corners = (0..8).map(|i| (DIAGONAL, DVec3::from_array(corner(i)).normalize()));
+        let ways: Vec<(f32, DVec3)> = edges.chain(corners).collect();
+        assert_eq!(ways.len(), 14);
+        for i in 0..=5 {
+            for j in 0..=5 - i {
+                for k in 0..=5 - i - j {
+                    let power = |(weight, way): &(f32, DVec3)| {
+                        f64::from(*weight) * way.x.powi(i) * way.y.powi(j) * way.z.powi(k)
+                    };
+                    let found: f64 = ways.iter().map(power).sum();
+                    // (i - 1)!! (j - 1)!! (k - 1)!! / (i + j + k + 1)!!
+                    let odd = |n: i32| (1..=n).filter(|m| m % 2 == n % 2).map(f64::from).product::<f64>();
+                    let even = [i, j, k].into_iter().all(|n| n % 2 == 0);
+                    let mean = if even { odd(i - 1) * odd(j - 1) * odd(k - 1) / odd(i + j + k + 1) } else { 0.0 };
+                    assert!((found - mean).abs() < 1e-6, "{i} {j} {k}: {found} for {mean}");
+                }
+            }
+        }
+    }
+
+    /// What leaves a settled lattice above and below is what its cubes take of the sun, as long as nothing goes from a cloud to beside the next one
+    /// and no source would be less than nothing: of the droplets here three times what is left of the asymmetry is less than 1.
+    #[test]
+    fn a_settled_lattice_sends_what_it_takes() {
+        let scattering = Scattering { kept: 0.84, albedo: 1.0, asymmetry: 0.2857 };
+        let spheres = vec![Sphere { centre: DVec3::new(20.0, 0.0, 700.0), radius_m: 200.0 }];
+        let volume = Volume::new(&Body { spheres, base_m: 560.0, edge_m: 0.0, relief_m: 0.0, extent_m: 900.0 });
+        for extinction in [1e-4, 0.01, 0.03] {
+            let lighting = Lighting {
+                extinction_per_m: [extinction; 3],
+                scattering: [scattering; 3],
+                towards_sun: DVec3::new(0.48, 0.36, 0.8),
+                sun: [1.0; 3],
+                above: [0.0; 3],
+                below: [0.0; 3],
+            };
+            let grid = grid(&volume, &lighting);
+            let cells = Cells::new(&volume, &lighting, &grid);
+            let border = Border::new(&lighting).without_gaps();
+            let enough = || Ok::<(), Infallible>(());
+            let Ok(settled) = settle(&cells, &lighting, &border, Enough::EXACT, &enough);
+            let mut sweep = Sweep::new(&grid, &cells.cloud.set);
+            sweep.run(&cells.cloud, &border, &settled.state);
+            let sent: f64 = sweep.leaving(&border).iter().map(|leaving| leaving.y).sum();
+            let takes = |(sun, density): (&glam::Vec4, &u16)| {
+                let share = optics::density_of(*density);
+                f64::from(sun.y) * share * extinction * scattering.kept * grid.cell_m
+            };
+            let taken: f64 = cells.cloud.sun.iter().zip(&cells.cloud.densities).map(takes).sum();
+            assert!((sent / taken - 1.0).abs() < 1e-3, "{extinction}: {sent} of {taken}");
+        }
+    }
+
+    /// However large the domain and dense the cloud, cubes grow rather than their number. Layers that are thinner than some cubes have as many again
+    /// above and below.
+    #[test]
+    fn cubes_are_bounded() {
+        for extent_m in [1.0, 100.0, 4e3, 2e4, 1e6] {
+            for height_m in [1e-3 * extent_m, 0.1 * extent_m, extent_m] {
+                for extinction in [1e-4, 0.04, 1.0] {
+                    let (cubes, cell_m) = cubes(extent_m, height_m, extinction, extent_m / 2048.0);
+                    assert!(cell_m <= 0.26 * extent_m && cubes < 2.5 * MAX_CELLS, "{extent_m} {height_m}: {cubes}");
+                    assert!(inward_m(cell_m, extinction) < 0.26 * cell_m);
+                }
+            }
+        }
+    }
 }

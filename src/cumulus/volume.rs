@@ -218,6 +218,8 @@ impl Volume {
     }
 
     fn density_of(&self, depth: f64, z: f64, over_m: f64) -> f64 {
+        // Depths beyond the band are not known: an edge that is drawn over more would leave cloud in clear air.
+        let over_m = over_m.min(2.0 * self.band_m - self.edge_m);
         let edge = match self.edge_m > over_m {
             true => depth / self.edge_m,
             false => 0.5 + (depth - 0.5 * self.edge_m) / over_m,

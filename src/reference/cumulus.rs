@@ -3,7 +3,7 @@
 
 use super::march::path_mean_depth;
 use crate::cumulus::dressed::{self, Scattering};
-use crate::cumulus::lattice::{Lattice, Lighting};
+use crate::cumulus::lattice::{Lattice, Lighting, inward_m};
 use crate::cumulus::{Ray, Step, Volume};
 use glam::{DVec2, DVec3, Vec4, dvec2, dvec3};
 use half::f16;
@@ -195,6 +195,7 @@ impl CumulusLight<'_> {
         let (towards, sun) = (ray.towards, lighting.towards_sun);
         let angle = 2.0 * (towards - sun).length().atan2((towards + sun).length());
         let (mut radiance, mut distance) = (DVec3::ZERO, 0.0);
+        let inward_m = inward_m(lattice.cell_m, lighting.extinction_per_m[1]);
         let depth = pieces((volume, lighting), ray, farthest_m, soft_m, |piece| {
             let Piece { distance_m, before, depth } = piece;
             let middle = piece.middle(lighting);
@@ -202,7 +203,7 @@ impl CumulusLight<'_> {
             let kept = lighting.scattering[1].kept;
             let shown = scattered(kept * depth) * (kept * (middle - before)).exp() / kept;
             let sun_depth = towards_sun((volume, lattice, lighting), ray, distance_m, middle);
-            let cubes = cubes(lattice, volume.extent_m, ray.at(distance_m));
+            let cubes = cubes(lattice, volume.extent_m, ray.at(distance_m + inward_m));
             let share = passes(lighting, before) - passes(lighting, before + depth);
             for c in 0..3 {
                 let Scattering { albedo, asymmetry, .. } = lighting.scattering[c];

@@ -3,7 +3,7 @@
 use super::grid::Grid;
 use super::lighting::Lighting;
 use super::optics::{Passages, density_number};
-use super::sun::{COUNT, SAMPLE, SunRays, arriving};
+use super::sun::{COUNT, DRAWN, SAMPLE, SunRays, arriving, depths_within};
 use crate::cumulus::volume::Volume;
 use glam::Vec4;
 use rayon::prelude::*;
@@ -87,8 +87,15 @@ impl Cells {
             next += usize::from(is_cloud);
         }
         let depth = |number: usize| sun_depth.get(numbers[number] as usize).copied().unwrap_or_default();
-        let arrives =
-            |(place, filled): &([u32; 3], [f32; COUNT])| arriving(lighting, filled, grid.around(*place).map(depth));
+        let own = rays.own();
+        let arrives = |cube: &([u32; 3], [f32; COUNT])| {
+            let (place, filled) = cube;
+            let mut depths = depths_within(grid.around(*place).map(depth));
+            if own > 0.0 {
+                rays.follow(own, grid.centre(*place), filled, &mut depths);
+            }
+            arriving(lighting, filled, depths)
+        };
         let cloud = Cloud {
             densities: cloudy.iter().map(|(_, filled)| density(filled)).collect(),
             sun: cloudy.par_iter().map(arrives).collect(),
@@ -111,7 +118,7 @@ fn density(filled: &[f32; COUNT]) -> u16 {
 fn filled(volume: &Volume, grid: &Grid, place: [u32; 3]) -> Option<[f32; COUNT]> {
     let (centre, cell_m) = (grid.centre(place), grid.cell_m);
     // What is between the centre and a sample, over which the surface is drawn, and what is between depths that are known.
-    let over_m = 0.5 * cell_m;
+    let over_m = DRAWN * cell_m;
     let reach_m = 0.5 * cell_m + volume.relief_m + 0.5 * (over_m - volume.edge_m).max(0.0) + 0.25 * volume.voxel_m;
     if reach_m < volume.band_m && volume.depth(centre) < -reach_m {
         return None;

@@ -19,6 +19,13 @@ const DOMAINS: f64 = 4.0;
 pub(super) const SAMPLE: f64 = 0.288_675_134_594_812_9;
 /// Samples of a cube.
 pub(super) const COUNT: usize = 8;
+/// Over so much of a cube the surface is drawn for its samples.
+pub(super) const DRAWN: f64 = 0.5;
+/// From this optical depth of a cube on its samples have more and more rays of their own, and from the second one none else: what is read
+/// between centres of cubes knows nothing of the edge that is drawn, and from there on lights it more than is there.
+const OWN: [f64; 2] = [3.0, 6.0];
+/// Optical depth, after the forward peak counts as not scattered, beyond which no sample is looked at.
+const OWN_DARK: f64 = 6.0;
 
 /// Finds depths as of the lattice.
 pub(super) struct SunRays<'a> {
@@ -26,6 +33,7 @@ pub(super) struct SunRays<'a> {
     rough: Rough<'a>,
     back: DVec3,
     extinction_per_m: f64,
+    kept: f64,
     cell_m: f64,
 }
 
@@ -35,7 +43,36 @@ impl<'a> SunRays<'a> {
         let enough_m = DARK / (extinction * lighting.scattering[1].kept);
         let soft_m = (SOFT * cell_m).min(SOFT_DEPTH / extinction);
         let rough = Rough::new(volume, lighting.towards_sun, DOMAINS * volume.extent_m, enough_m, soft_m);
-        Self { volume, rough, back: -lighting.towards_sun, extinction_per_m: extinction, cell_m }
+        Self {
+            volume,
+            rough,
+            back: -lighting.towards_sun,
+            extinction_per_m: extinction,
+            kept: lighting.scattering[1].kept,
+            cell_m,
+        }
+    }
+
+    /// How much rays of their own count in the samples of a cube, 0 to 1.
+    pub(super) fn own(&self) -> f32 {
+        let [from, all] = OWN;
+        ((self.extinction_per_m * self.cell_m - from) / (all - from)).clamp(0.0, 1.0) as f32
+    }
+
+    /// Puts the depths along rays of their own into those of the samples of a cube around a centre: through the edge as it is drawn for them.
+    pub(super) fn follow(&self, own: f32, centre: DVec3, filled: &[f32; COUNT], depths: &mut [f32; COUNT]) {
+        let dark = OWN_DARK / self.kept;
+        if depths.iter().all(|depth| f64::from(*depth) > dark) {
+            return;
+        }
+        let (farthest_m, enough_m) = (DOMAINS * self.volume.extent_m, dark / self.extinction_per_m);
+        for (i, depth) in depths.iter_mut().enumerate().filter(|(i, _)| filled[*i] > 0.0) {
+            let side = |axis: usize| if i >> axis & 1 == 1 { SAMPLE } else { -SAMPLE };
+            let from = centre + self.cell_m * DVec3::new(side(0), side(1), side(2));
+            let ray = Ray { from, towards: -self.back };
+            let length_m = self.volume.length_m(ray, farthest_m, enough_m, DRAWN * self.cell_m);
+            *depth += own * ((self.extinction_per_m * length_m) as f32 - *depth);
+        }
     }
 
     pub(super) fn depth(&self, from: DVec3) -> f64 {
@@ -58,9 +95,8 @@ impl<'a> SunRays<'a> {
     }
 }
 
-/// Sunlight in a cube over 4 pi, in the mean over its samples, by their density and the signed depths of the cubes around: linear between
-/// their centres.
-pub(super) fn arriving(lighting: &Lighting, filled: &[f32; COUNT], around: [f32; 27]) -> Vec4 {
+/// Depths towards the sun in the samples of a cube, by the signed ones of the cubes around: linear between their centres.
+pub(super) fn depths_within(around: [f32; 27]) -> [f32; COUNT] {
     let (near, far) = (1.0 - SAMPLE as f32, SAMPLE as f32);
     let pair = |[a, b, c]: [f32; 3]| [near * b + far * a, near * b + far * c];
     let rows: [[f32; 2]; 9] = std::array::from_fn(|i| pair([around[3 * i], around[3 * i + 1], around[3 * i + 2]]));
@@ -68,10 +104,14 @@ pub(super) fn arriving(lighting: &Lighting, filled: &[f32; COUNT], around: [f32;
         let [a, b] = [0, 1].map(|x| pair([rows[3 * z][x], rows[3 * z + 1][x], rows[3 * z + 2][x]]));
         [[a[0], b[0]], [a[1], b[1]]]
     });
-    let depths: [f32; COUNT] = std::array::from_fn(|i| {
+    std::array::from_fn(|i| {
         let (x, y) = (i & 1, i >> 1 & 1);
         pair([slices[0][y][x], slices[1][y][x], slices[2][y][x]])[i >> 2].max(0.0)
-    });
+    })
+}
+
+/// Sunlight in a cube over 4 pi, in the mean over its samples, by their density and depths.
+pub(super) fn arriving(lighting: &Lighting, filled: &[f32; COUNT], depths: [f32; COUNT]) -> Vec4 {
     let share: f32 = filled.iter().sum();
     let per_depth = [0, 1, 2]
         .map(|c| (lighting.scattering[c].kept * lighting.extinction_per_m[c] / lighting.extinction_per_m[1]) as f32);

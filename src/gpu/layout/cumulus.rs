@@ -54,8 +54,8 @@ pub struct Cumulus {
     pub lattice_floor_m: f32,
     /// 1 where a veil is as it was published.
     pub published: u32,
-    /// Unused.
-    pub spare: u32,
+    /// How far within the cloud the lattice is read.
+    pub inward_m: f32,
 }
 
 /// Constants of a shader that takes a cumulus for its surface.
