@@ -78,7 +78,10 @@ fn pictures_are_those_of_the_twin() {
         let lattice = Lattice::solve(&volume, &lighting);
         let light =
             CumulusLight { volume: &volume, lattice: &lattice, lighting: &lighting, dressed: [&table, &table, &table] };
+        // Straight at the sun, and two ways aside from it.
+        let along = format!("{sun_deg},300");
         for (direction, view, towards) in [
+            (&*along, "below", towards_sun),
             ("0,0", "below", DVec3::Z),
             ("30,200", "above", {
                 let (sin, cos) = 30.0_f64.to_radians().sin_cos();
