@@ -134,13 +134,7 @@ fn constants_of_surfaces_have_limits() {
         .collect();
     let by = |coefficient: f64| -> Vec<f64> {
         let surface = Surface { trap: Trap::Arctangent(coefficient), ..Surface::PUBLISHED_3 };
-        let light = SurfaceLight {
-            volume: &cloud.volume,
-            lighting: &lighting,
-            coarse: Some(&cloud.coarse),
-            surface,
-            root_m: cloud.root_m,
-        };
+        let light = SurfaceLight { volume: &cloud.volume, lighting: &lighting, coarse: Some(&cloud.coarse), surface };
         rays.iter().map(|ray| light.seen(*ray, 1e4, |_| 0.0, DVec3::ZERO).radiance.y).collect()
     };
     let (least, small) = (by(1e-12), by(1e-4));
