@@ -28,5 +28,9 @@ mod view;
 
 pub use flux::{AirIrradiance, Facing, irradiance};
 pub use orders::{AirOrders, ORDERS_APART};
+pub(super) use paths::{Scatterer, Vertex, World};
 pub use problem::{AirProblem, AirView, PreparedAir};
+pub(super) use ray::Ray;
+pub(super) use tensor::Tensor;
+pub(super) use view::pieces;
 pub use view::{AirRadiance, radiance};

@@ -37,11 +37,13 @@ mod rays;
 mod rgb;
 mod sheet;
 mod views;
-mod work;
 
 pub use fluxes::{VolumeFluxes, fluxes};
 pub use irradiance::{VolumeIrradiance, irradiance};
+pub(super) use medium::Piece;
 pub use patches::{VolumeShare, mean_irradiance};
+pub(super) use paths::World;
+pub(super) use problem::check_place;
 pub use problem::{MAX_PARTS, Part, Shape, VolumePatch, VolumeProblem, VolumeView};
 pub use rgb::{RgbPart, RgbVolume, rgb_mean_irradiance, rgb_radiance};
 pub use views::{VolumeRadiance, radiance};

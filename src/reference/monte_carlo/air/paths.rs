@@ -23,44 +23,74 @@ const LOW_SUN_DEG: f64 = 87.0;
 
 /// Everything that paths go through.
 #[derive(Debug)]
-pub(super) struct World<'a> {
+pub(in crate::reference::monte_carlo) struct World<'a> {
     pub(super) air: &'a PreparedAir<'a>,
     sun: DVec3,
     ground_albedo: f64,
     polarised: bool,
     /// Whether the sun is so low that the air that it lights is mostly higher than where light is scattered.
-    low_sun: bool,
+    pub(in crate::reference::monte_carlo) low_sun: bool,
 }
 
 /// Where a path is scattered.
 #[derive(Clone, Copy, Debug)]
-pub(super) enum Vertex {
+pub(in crate::reference::monte_carlo) enum Vertex {
     /// In the air.
     Air(DVec3, Coefficients),
     /// On the ground.
     Ground(DVec3),
 }
 
+/// What scatters at a vertex.
+#[derive(Clone, Copy, Debug)]
+pub(in crate::reference::monte_carlo) enum Scatterer {
+    Molecules,
+    Aerosol,
+    /// A level surface, with its normal.
+    Ground(DVec3),
+}
+
 impl<'a> World<'a> {
     pub(super) fn new(problem: &AirProblem<'a>) -> Self {
-        Self {
-            air: problem.air,
-            sun: problem.sun(),
-            ground_albedo: problem.ground_albedo,
-            polarised: problem.polarised,
-            low_sun: problem.sun_zenith_deg > LOW_SUN_DEG,
-        }
+        Self::lit_from(problem.air, problem.sun(), problem.ground_albedo, problem.polarised)
+    }
+
+    /// Air and ground under a sun in a direction, a unit vector from the middle of the Earth.
+    pub(in crate::reference::monte_carlo) fn lit_from(
+        air: &'a PreparedAir<'a>,
+        sun: DVec3,
+        ground_albedo: f64,
+        polarised: bool,
+    ) -> Self {
+        let low_sun = sun.z < LOW_SUN_DEG.to_radians().cos();
+        Self { air, sun, ground_albedo, polarised, low_sun }
     }
 
     /// Part of the sun's light that arrives somewhere, and the cosine of its zenith angle there.
-    pub(super) fn sunlight(&self, position: DVec3) -> (f64, f64) {
+    pub(in crate::reference::monte_carlo) fn sunlight(&self, position: DVec3) -> (f64, f64) {
         let radius = position.length();
         let cosine = position.dot(self.sun) / radius;
         (self.air.depths.transmittance((radius - PLANET_RADIUS_M).clamp(0.0, TOP_M), cosine), cosine)
     }
 
+    /// The air at a place of a ray.
+    pub(in crate::reference::monte_carlo) fn air_at(&self, ray: &Ray, place: f64) -> Coefficients {
+        self.air.profile.at(ray.height(place).min(TOP_M))
+    }
+
+    /// Optical depth of the air between two places of a ray.
+    pub(in crate::reference::monte_carlo) fn depth_between(&self, ray: &Ray, from: f64, to: f64) -> f64 {
+        self.air.depths.between(&self.air.profile, ray, from, to)
+    }
+
     /// What sunlight scattered by a metre of air adds at the eye.
-    pub(super) fn lit_air(&self, position: DVec3, air: &Coefficients, view: DVec3, tensor: &Tensor) -> f64 {
+    pub(in crate::reference::monte_carlo) fn lit_air(
+        &self,
+        position: DVec3,
+        air: &Coefficients,
+        view: DVec3,
+        tensor: &Tensor,
+    ) -> f64 {
         let (sunlight, _) = self.sunlight(position);
         if sunlight == 0.0 {
             return 0.0;
@@ -71,7 +101,7 @@ impl<'a> World<'a> {
     }
 
     /// What sunlight reflected by the ground adds at the eye.
-    pub(super) fn lit_ground(&self, position: DVec3, tensor: &Tensor) -> f64 {
+    pub(in crate::reference::monte_carlo) fn lit_ground(&self, position: DVec3, tensor: &Tensor) -> f64 {
         let (sunlight, cosine) = self.sunlight(position);
         self.ground_albedo / PI * cosine.max(0.0) * sunlight * tensor.worth()
     }
@@ -148,40 +178,85 @@ impl<'a> World<'a> {
     /// the flight, and one drawn evenly along the ray, so that lit air is found that flights seldom end in. Each
     /// counts as if drawn from the mean of both (multiple importance sampling: E. Veach, 1997).
     fn lit_place(&self, ray: &Ray, place: f64, view: DVec3, tensor: &Tensor) -> f64 {
-        let air = self.air.profile.at(ray.height(place).min(TOP_M));
+        let air = self.air_at(ray, place);
         let lit = self.lit_air(ray.position(place), &air, view, tensor);
         if lit == 0.0 {
             return 0.0;
         }
-        let transmittance = (-self.air.depths.between(&self.air.profile, ray, ray.start, place)).exp();
+        let transmittance = (-self.depth_between(ray, ray.start, place)).exp();
         lit * transmittance / (air.extinction * transmittance + 1.0 / (ray.end - ray.start))
     }
 
     /// Where the light comes from that a vertex scatters into the path, drawn as the vertex scatters unpolarised light.
     fn turn(&self, vertex: &Vertex, view: DVec3, tensor: Tensor, random: &mut Random) -> (DVec3, Tensor) {
+        let scatterer = self.scatterer(vertex, random);
+        let (direction, weight) = self.draw(scatterer, view, &tensor, random);
+        (direction, self.turned(scatterer, &tensor, direction, weight))
+    }
+
+    /// What of a vertex scatters, drawn as it scatters.
+    pub(in crate::reference::monte_carlo) fn scatterer(&self, vertex: &Vertex, random: &mut Random) -> Scatterer {
         match vertex {
-            Vertex::Ground(position) => {
-                let direction = turned(position.normalize(), random.uniform().sqrt(), random);
-                (direction, Tensor::unpolarised(direction, tensor.worth()))
-            }
+            Vertex::Ground(position) => Scatterer::Ground(position.normalize()),
             Vertex::Air(_, air) if random.uniform() * (air.rayleigh + air.aerosol) >= air.rayleigh => {
-                let (direction, weight) = self.air.phase.draw(view, random);
-                (direction, Tensor::unpolarised(direction, tensor.worth() * weight))
+                Scatterer::Aerosol
             }
-            Vertex::Air(..) => loop {
+            Vertex::Air(..) => Scatterer::Molecules,
+        }
+    }
+
+    /// A direction that light comes from, and its weight, near 1.
+    pub(in crate::reference::monte_carlo) fn draw(
+        &self,
+        scatterer: Scatterer,
+        view: DVec3,
+        tensor: &Tensor,
+        random: &mut Random,
+    ) -> (DVec3, f64) {
+        match scatterer {
+            Scatterer::Ground(normal) => (turned(normal, random.uniform().sqrt(), random), 1.0),
+            Scatterer::Aerosol => self.air.phase.draw(view, random),
+            Scatterer::Molecules => loop {
                 // Two thirds of all directions are taken.
                 let direction = turned(DVec3::Z, 2.0 * random.uniform() - 1.0, random);
                 if random.uniform() < tensor.dipole_part(direction) {
-                    let unpolarised = || Tensor::unpolarised(direction, tensor.worth());
-                    let turned = if self.polarised { tensor.through_dipole(direction) } else { unpolarised() };
-                    return (direction, turned);
+                    return (direction, 1.0);
                 }
             },
         }
     }
 
+    /// How often a direction is drawn: 1 in the mean over the sphere.
+    pub(in crate::reference::monte_carlo) fn density(
+        &self,
+        scatterer: Scatterer,
+        view: DVec3,
+        tensor: &Tensor,
+        direction: DVec3,
+    ) -> f64 {
+        match scatterer {
+            Scatterer::Ground(normal) => 4.0 * normal.dot(direction).max(0.0),
+            Scatterer::Aerosol => self.air.phase.value(view.dot(direction)),
+            Scatterer::Molecules => 1.5 * tensor.dipole_part(direction),
+        }
+    }
+
+    /// What light from a direction is worth, if that was drawn as the scatterer has it; times a weight.
+    pub(in crate::reference::monte_carlo) fn turned(
+        &self,
+        scatterer: Scatterer,
+        tensor: &Tensor,
+        direction: DVec3,
+        weight: f64,
+    ) -> Tensor {
+        match scatterer {
+            Scatterer::Molecules if self.polarised => tensor.through_dipole(direction).times(weight),
+            _ => Tensor::unpolarised(direction, tensor.worth() * weight),
+        }
+    }
+
     /// The next vertex along a ray, exactly distributed: none where it leaves the air.
-    pub(super) fn fly(&self, ray: &Ray, random: &mut Random) -> Option<Vertex> {
+    pub(in crate::reference::monte_carlo) fn fly(&self, ray: &Ray, random: &mut Random) -> Option<Vertex> {
         let mut place = ray.start;
         while place < ray.end {
             let (lowest_m, part_end) = part(ray, place);
@@ -193,7 +268,7 @@ impl<'a> World<'a> {
                 continue;
             }
             place = next;
-            let air = self.air.profile.at(ray.height(place).min(TOP_M));
+            let air = self.air_at(ray, place);
             if random.uniform() * bound < air.extinction {
                 return Some(Vertex::Air(ray.position(place), air));
             }

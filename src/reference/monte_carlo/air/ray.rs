@@ -7,21 +7,21 @@ use crate::atmosphere::geometry::{PLANET_RADIUS_M, TOP_M};
 /// A ray from a point of the shell to where it leaves it. Places on it are told by their distance from the point
 /// nearest to the middle of the Earth, negative before it: height then is a function of place alone.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Ray {
+pub(in crate::reference::monte_carlo) struct Ray {
     origin: DVec3,
     direction: DVec3,
     /// Square of the distance between line and middle of the Earth, m2.
-    pub(super) nearest_square: f64,
+    pub(in crate::reference::monte_carlo) nearest_square: f64,
     /// Place of the origin, m.
-    pub(super) start: f64,
+    pub(in crate::reference::monte_carlo) start: f64,
     /// Place where the ray leaves the air or meets the ground.
-    pub(super) end: f64,
+    pub(in crate::reference::monte_carlo) end: f64,
     /// Whether it meets the ground.
-    pub(super) meets_ground: bool,
+    pub(in crate::reference::monte_carlo) meets_ground: bool,
 }
 
 impl Ray {
-    pub(super) fn new(origin: DVec3, direction: DVec3) -> Self {
+    pub(in crate::reference::monte_carlo) fn new(origin: DVec3, direction: DVec3) -> Self {
         let start = origin.dot(direction);
         let nearest_square = origin.cross(direction).length_squared();
         let meets_ground = start < 0.0 && nearest_square < square(PLANET_RADIUS_M);
@@ -33,17 +33,22 @@ impl Ray {
         Self { origin, direction, nearest_square, start, end: end.max(start), meets_ground }
     }
 
-    pub(super) fn position(&self, place: f64) -> DVec3 {
+    pub(in crate::reference::monte_carlo) fn position(&self, place: f64) -> DVec3 {
         self.origin + self.direction * (place - self.start)
     }
 
+    /// The place of a point of the ray.
+    pub(in crate::reference::monte_carlo) fn place_of(&self, position: DVec3) -> f64 {
+        position.dot(self.direction)
+    }
+
     /// Height above the ground, m; rounding does not lead below it.
-    pub(super) fn height(&self, place: f64) -> f64 {
+    pub(in crate::reference::monte_carlo) fn height(&self, place: f64) -> f64 {
         height(self.nearest_square, place)
     }
 
     /// Distance from the nearest point at which the ray has a height; 0 if it does not come down so far.
-    pub(super) fn place_of_height(&self, height_m: f64) -> f64 {
+    pub(in crate::reference::monte_carlo) fn place_of_height(&self, height_m: f64) -> f64 {
         (square(PLANET_RADIUS_M + height_m) - self.nearest_square).max(0.0).sqrt()
     }
 }

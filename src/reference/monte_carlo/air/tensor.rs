@@ -9,16 +9,16 @@ use glam::{DMat3, DVec3};
 /// A dipole scatters C into the direction v as `3/(8 pi) P C P`, P = 1 - v v^T the projection across v (Lord Rayleigh,
 /// 1871); a path against the light projects A the same way.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Tensor(DMat3);
+pub(in crate::reference::monte_carlo) struct Tensor(DMat3);
 
 impl Tensor {
     /// Light is worth the same whatever its polarisation.
-    pub(super) fn unpolarised(direction: DVec3, worth: f64) -> Self {
+    pub(in crate::reference::monte_carlo) fn unpolarised(direction: DVec3, worth: f64) -> Self {
         Self((DMat3::IDENTITY - outer(direction, direction)) * worth)
     }
 
     /// Worth of unpolarised light from the path's direction.
-    pub(super) fn worth(&self) -> f64 {
+    pub(in crate::reference::monte_carlo) fn worth(&self) -> f64 {
         self.trace() / 2.0
     }
 
@@ -27,17 +27,17 @@ impl Tensor {
     }
 
     /// Trace of the projection across a direction: at most [`Self::trace`], which the worst case needs.
-    pub(super) fn across(&self, direction: DVec3) -> f64 {
+    pub(in crate::reference::monte_carlo) fn across(&self, direction: DVec3) -> f64 {
         self.trace() - direction.dot(self.0 * direction)
     }
 
     /// How near to its maximum, 0 to 1, the light of dipoles is that comes from a direction.
-    pub(super) fn dipole_part(&self, direction: DVec3) -> f64 {
+    pub(in crate::reference::monte_carlo) fn dipole_part(&self, direction: DVec3) -> f64 {
         self.across(direction) / self.trace()
     }
 
     /// After scattering by a dipole of light from `direction`, which was drawn in proportion to [`Self::across`].
-    pub(super) fn through_dipole(&self, direction: DVec3) -> Self {
+    pub(in crate::reference::monte_carlo) fn through_dipole(&self, direction: DVec3) -> Self {
         let seen = self.0 * direction;
         let lengthwise = direction.dot(seen);
         let projected =
@@ -45,7 +45,7 @@ impl Tensor {
         Self(projected * (self.trace() / (self.trace() - lengthwise)))
     }
 
-    pub(super) fn times(&self, factor: f64) -> Self {
+    pub(in crate::reference::monte_carlo) fn times(&self, factor: f64) -> Self {
         Self(self.0 * factor)
     }
 }

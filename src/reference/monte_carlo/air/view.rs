@@ -185,7 +185,7 @@ impl<'a> Seen<'a> {
 }
 
 /// Pieces of a ray, short where it is low: their ends are as the squares from the lowest point of it.
-fn pieces(start: f64, end: f64) -> impl Iterator<Item = (f64, f64)> {
+pub(in crate::reference::monte_carlo) fn pieces(start: f64, end: f64) -> impl Iterator<Item = (f64, f64)> {
     let lowest = 0.0_f64.clamp(start, end);
     let edge = |i: usize| (i as f64 / STEPS as f64).powi(2);
     let down = (0..STEPS).rev().map(move |i| {

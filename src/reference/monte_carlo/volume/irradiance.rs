@@ -2,12 +2,12 @@
 
 use super::paths::World;
 use super::problem::{VolumeProblem, check_place};
-use super::work::each;
 use crate::cumulus::Line;
 use crate::reference::monte_carlo::error::MonteCarloError;
 use crate::reference::monte_carlo::estimate::{Effort, Estimate};
 use crate::reference::monte_carlo::random::Random;
 use crate::reference::monte_carlo::run::run;
+use crate::reference::monte_carlo::work::each;
 use glam::DVec3;
 use std::f64::consts::PI;
 use std::sync::atomic::AtomicBool;

@@ -14,7 +14,7 @@ const OPAQUE: f64 = 50.0;
 
 /// All clouds.
 #[derive(Debug)]
-pub(super) struct Medium<'a> {
+pub(in crate::reference::monte_carlo) struct Medium<'a> {
     clouds: Vec<Cloud<'a>>,
     extent_m: f64,
 }
@@ -46,13 +46,13 @@ pub(super) enum Met {
 
 /// A piece of a line.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Piece {
-    pub(super) from_m: f64,
-    pub(super) to_m: f64,
+pub(in crate::reference::monte_carlo) struct Piece {
+    pub(in crate::reference::monte_carlo) from_m: f64,
+    pub(in crate::reference::monte_carlo) to_m: f64,
     /// Of each part, 1/m.
-    pub(super) extinctions: [f64; MAX_PARTS],
+    pub(in crate::reference::monte_carlo) extinctions: [f64; MAX_PARTS],
     /// Their sum, 1/m.
-    pub(super) extinction: f64,
+    pub(in crate::reference::monte_carlo) extinction: f64,
 }
 
 impl<'a> Medium<'a> {
@@ -73,7 +73,7 @@ impl<'a> Medium<'a> {
     }
 
     /// No cloud is lower, metres.
-    pub(super) fn bottom_m(&self) -> f64 {
+    pub(in crate::reference::monte_carlo) fn bottom_m(&self) -> f64 {
         let bottom_m = |cloud: &Cloud<'_>| match &cloud.form {
             Form::Cumulus(index, _) => index.heights_m()[0],
             Form::Sheet(sheet) => sheet.base_m(),
@@ -83,7 +83,7 @@ impl<'a> Medium<'a> {
     }
 
     /// No cloud is higher, metres.
-    pub(super) fn top_m(&self) -> f64 {
+    pub(in crate::reference::monte_carlo) fn top_m(&self) -> f64 {
         let top_m = |cloud: &Cloud<'_>| match &cloud.form {
             Form::Cumulus(index, _) => index.heights_m()[1],
             Form::Sheet(sheet) => sheet.top_m(),
@@ -96,31 +96,40 @@ impl<'a> Medium<'a> {
     pub(super) fn fly(&self, place: DVec3, direction: DVec3, random: &mut Random) -> Met {
         let mut line = Line::from(place, direction);
         line.to_m = to_ground(place, direction);
-        let mut met = None;
-        // Whichever comes first: parts are independent.
-        for (number, cloud) in self.clouds.iter().enumerate() {
-            if let Some(way_m) = cloud.collide(&line, random) {
-                line.to_m = way_m;
-                met = Some(number);
-            }
-        }
-        match met {
-            Some(part) => Met::Cloud(part, self.wrapped(line.at(line.to_m))),
+        match self.collide(&line, random) {
+            Some((part, way_m)) => Met::Cloud(part, self.wrapped(line.at(way_m))),
             None if direction.z < 0.0 => Met::Ground(self.wrapped(line.at(line.to_m)).with_z(0.0)),
             None => Met::Space,
         }
     }
 
+    /// The first collision on a line: its part, and the way to it.
+    pub(in crate::reference::monte_carlo) fn collide(&self, line: &Line, random: &mut Random) -> Option<(usize, f64)> {
+        let (mut line, mut met) = (*line, None);
+        // Whichever comes first: parts are independent.
+        for (number, cloud) in self.clouds.iter().enumerate() {
+            if let Some(way_m) = cloud.collide(&line, random) {
+                line.to_m = way_m;
+                met = Some((number, way_m));
+            }
+        }
+        met
+    }
+
     /// Part of the light from a direction above the horizon that arrives at a place: its mean is exact.
     pub(super) fn transmittance(&self, place: DVec3, direction: DVec3, random: &mut Random) -> f64 {
-        let line = Line::from(place, direction);
+        self.drawn_transmittance(&Line::from(place, direction), random)
+    }
+
+    /// The same of all light along a line.
+    pub(in crate::reference::monte_carlo) fn drawn_transmittance(&self, line: &Line, random: &mut Random) -> f64 {
         let mut part = 1.0;
         for cloud in &self.clouds {
             part *= match &cloud.form {
                 Form::Cumulus(index, drift) if !index.is_hard() => {
-                    cloud.drawn_transmittance(index, &without(*drift, &line), random)
+                    cloud.drawn_transmittance(index, &without(*drift, line), random)
                 }
-                _ => (-cloud.depth(&line)).exp(),
+                _ => (-cloud.depth(line)).exp(),
             };
             if part <= 0.0 {
                 break;
@@ -130,12 +139,12 @@ impl<'a> Medium<'a> {
     }
 
     /// Optical depth along a line, by quadrature in soft edges; beyond [`OPAQUE`] it may be too small.
-    pub(super) fn depth(&self, line: &Line) -> f64 {
+    pub(in crate::reference::monte_carlo) fn depth(&self, line: &Line) -> f64 {
         self.clouds.iter().map(|cloud| cloud.depth(line)).sum()
     }
 
     /// Pieces of cloud on a line, in order; of one part `only`, or of all.
-    pub(super) fn pieces(&self, line: &Line, only: Option<usize>) -> Vec<Piece> {
+    pub(in crate::reference::monte_carlo) fn pieces(&self, line: &Line, only: Option<usize>) -> Vec<Piece> {
         let mut parts: Vec<Vec<(f64, f64, f64)>> = Vec::new();
         let mut edges = Vec::new();
         for (number, cloud) in self.clouds.iter().enumerate() {
@@ -170,7 +179,7 @@ impl<'a> Medium<'a> {
     }
 
     /// The same place of the domain itself: or coordinates lose digits on long ways.
-    fn wrapped(&self, place: DVec3) -> DVec3 {
+    pub(in crate::reference::monte_carlo) fn wrapped(&self, place: DVec3) -> DVec3 {
         let period = |metres: f64| (metres / self.extent_m).round();
         place - dvec3(period(place.x), period(place.y), 0.0) * self.extent_m
     }

@@ -2,11 +2,11 @@
 
 use super::paths::World;
 use super::problem::{VolumePatch, VolumeProblem};
-use super::work::each;
 use crate::reference::monte_carlo::error::MonteCarloError;
 use crate::reference::monte_carlo::estimate::{Effort, Estimate};
 use crate::reference::monte_carlo::random::Random;
 use crate::reference::monte_carlo::run::run;
+use crate::reference::monte_carlo::work::each;
 use glam::dvec3;
 use std::f64::consts::PI;
 use std::sync::atomic::AtomicBool;

@@ -2,6 +2,7 @@
 
 use super::medium::{Medium, Met};
 use super::problem::{Part, VolumeProblem};
+use crate::reference::monte_carlo::orders::{self, BY_ORDER};
 use crate::reference::monte_carlo::random::Random;
 use crate::reference::monte_carlo::scattering::{Scattering, turned};
 use crate::reference::monte_carlo::surface::Surface;
@@ -9,13 +10,14 @@ use glam::DVec3;
 use std::f64::consts::PI;
 
 /// Outcomes of a path: light of the sun, scattered in clouds alone; of the sun, reflected by the ground at least once; of the
-/// sky without the ground; of the sky with it; all.
-pub(super) const OUTCOMES: usize = 5;
+/// sky without the ground; of the sky with it; all; then all by the number of scatterings.
+pub(super) const OUTCOMES: usize = BY_ORDERS + BY_ORDER;
 pub(super) const SUN: usize = 0;
 pub(super) const SUN_GROUND: usize = 1;
 pub(super) const SKY: usize = 2;
 pub(super) const SKY_GROUND: usize = 3;
 pub(super) const TOTAL: usize = 4;
+pub(super) const BY_ORDERS: usize = 5;
 
 /// Paths that can add less than this part of what their start could are continued by chance.
 const FAINT: f64 = 0.5;
@@ -27,8 +29,8 @@ const LEAST_SLOPE: f64 = 1e-4;
 
 /// Everything that paths go through.
 #[derive(Debug)]
-pub(super) struct World<'a> {
-    pub(super) medium: Medium<'a>,
+pub(in crate::reference::monte_carlo) struct World<'a> {
+    pub(in crate::reference::monte_carlo) medium: Medium<'a>,
     /// Of each part.
     droplets: Vec<Droplets>,
     ground: Ground,
@@ -62,6 +64,8 @@ struct Flight {
     weight: f64,
     /// Whether it has been reflected by the ground.
     grounded: bool,
+    /// How often it has been scattered or reflected.
+    order: usize,
 }
 
 impl Ground {
@@ -75,7 +79,7 @@ impl Ground {
 }
 
 impl<'a> World<'a> {
-    pub(super) fn new(problem: &VolumeProblem<'a>) -> Self {
+    pub(in crate::reference::monte_carlo) fn new(problem: &VolumeProblem<'a>) -> Self {
         let droplets = |part: &Part<'_>| {
             let scattering = Scattering::new(part.phase);
             let peaked = scattering.value(DVec3::Z, DVec3::Z) > PEAK;
@@ -93,37 +97,52 @@ impl<'a> World<'a> {
     }
 
     /// Radiance that a part scatters into a path per unit of sunlight's irradiance.
-    pub(super) fn scattered(&self, part: usize, direction: DVec3) -> f64 {
+    pub(in crate::reference::monte_carlo) fn scattered(&self, part: usize, direction: DVec3) -> f64 {
         let droplets = &self.droplets[part];
         droplets.albedo * droplets.scattering.value(direction, self.sun) / (4.0 * PI)
     }
 
-    pub(super) fn albedo(&self, part: usize) -> f64 {
+    pub(in crate::reference::monte_carlo) fn albedo(&self, part: usize) -> f64 {
         self.droplets[part].albedo
     }
 
+    /// How the droplets of a part scatter.
+    pub(in crate::reference::monte_carlo) fn scattering(&self, part: usize) -> &Scattering {
+        &self.droplets[part].scattering
+    }
+
+    /// Whether they have a forward peak.
+    pub(in crate::reference::monte_carlo) fn is_peaked(&self, part: usize) -> bool {
+        self.droplets[part].peaked
+    }
+
     /// Of a place on the ground.
-    pub(super) fn ground_albedo(&self, place: DVec3) -> f64 {
+    pub(in crate::reference::monte_carlo) fn ground_albedo(&self, place: DVec3) -> f64 {
         match &self.ground {
             Ground::Even(albedo) => *albedo,
             Ground::Mapped { albedo, half_m } => albedo.at(place.x + half_m, half_m - place.y),
         }
     }
 
-    /// Radiance of the ground at a place, one path's worth.
-    pub(super) fn reflected(&self, place: DVec3, random: &mut Random) -> f64 {
+    /// Radiance of the ground at a place, one path's worth: in all, and by order.
+    pub(super) fn reflected(&self, place: DVec3, random: &mut Random) -> [f64; OUTCOMES] {
+        let mut outcomes = [0.0; OUTCOMES];
         let albedo = self.ground_albedo(place);
         if albedo <= 0.0 {
-            return 0.0;
+            return outcomes;
         }
         let lit = self.sunlight(place, random) * self.sun.z / PI;
-        albedo * (lit + self.arriving(place, random))
+        let flight = Flight { place, direction: from_matt_surface(random), weight: 1.0, grounded: false, order: 1 };
+        self.follow_all(vec![flight], &mut outcomes, random);
+        outcomes[TOTAL] += lit;
+        outcomes[BY_ORDERS + orders::place(1)] += lit;
+        outcomes.map(|light| albedo * light)
     }
 
     /// Radiance that arrives at a level surface but for the sun's beam, in the mean weighted with the cosine; one path's worth.
     pub(super) fn arriving(&self, place: DVec3, random: &mut Random) -> f64 {
         let mut outcomes = [0.0; OUTCOMES];
-        let flight = Flight { place, direction: from_matt_surface(random), weight: 1.0, grounded: false };
+        let flight = Flight { place, direction: from_matt_surface(random), weight: 1.0, grounded: false, order: 0 };
         self.follow_all(vec![flight], &mut outcomes, random);
         outcomes[TOTAL]
     }
@@ -146,7 +165,7 @@ impl<'a> World<'a> {
         random: &mut Random,
     ) {
         let mut waiting = Vec::new();
-        self.scatter(part, Flight { place, direction, weight: 1.0, grounded: false }, &mut waiting, random);
+        self.scatter(part, Flight { place, direction, weight: 1.0, grounded: false, order: 1 }, &mut waiting, random);
         self.follow_all(waiting, outcomes, random);
     }
 
@@ -155,19 +174,21 @@ impl<'a> World<'a> {
         while let Some(mut flight) = waiting.pop() {
             let (sun, sky) = if flight.grounded { (SUN_GROUND, SKY_GROUND) } else { (SUN, SKY) };
             match self.medium.fly(flight.place, flight.direction, random) {
-                Met::Space => outcomes[sky] += flight.weight * self.sky_radiance,
+                Met::Space => add(outcomes, sky, flight.order, flight.weight * self.sky_radiance),
                 Met::Ground(place) => {
                     flight.weight *= self.ground_albedo(place);
                     if flight.weight > 0.0 {
                         let lit = self.sunlight(place, random) * self.sun.z;
-                        outcomes[SUN_GROUND] += flight.weight * lit / PI;
-                        let (direction, weight) = (from_matt_surface(random), flight.weight);
-                        go_on(Flight { place, direction, weight, grounded: true }, weight, &mut waiting, random);
+                        let (weight, order) = (flight.weight, flight.order + 1);
+                        add(outcomes, SUN_GROUND, order, weight * lit / PI);
+                        let direction = from_matt_surface(random);
+                        go_on(Flight { place, direction, weight, grounded: true, order }, weight, &mut waiting, random);
                     }
                 }
                 Met::Cloud(part, place) => {
-                    outcomes[sun] +=
-                        flight.weight * self.scattered(part, flight.direction) * self.sunlight(place, random);
+                    let lit = flight.weight * self.scattered(part, flight.direction) * self.sunlight(place, random);
+                    flight.order += 1;
+                    add(outcomes, sun, flight.order, lit);
                     flight.weight *= self.albedo(part);
                     self.scatter(part, Flight { place, ..flight }, &mut waiting, random);
                 }
@@ -200,6 +221,12 @@ impl<'a> World<'a> {
     pub(super) fn turned(&self, part: usize, direction: DVec3, random: &mut Random) -> DVec3 {
         sloping(self.droplets[part].scattering.draw(direction, random).0)
     }
+}
+
+/// Adds light of a kind and order.
+fn add(outcomes: &mut [f64; OUTCOMES], kind: usize, order: usize, light: f64) {
+    outcomes[kind] += light;
+    outcomes[BY_ORDERS + orders::place(order)] += light;
 }
 
 /// Keeps a path; one that can add little only by chance, with more weight then.

@@ -104,7 +104,7 @@ pub struct VolumePatch {
 }
 
 impl VolumeProblem<'_> {
-    pub(super) fn check(&self) -> Result<(), MonteCarloError> {
+    pub(in crate::reference::monte_carlo) fn check(&self) -> Result<(), MonteCarloError> {
         check("number of parts", self.parts.len() as f64, 0.0, MAX_PARTS as f64)?;
         check("extent", self.extent_m, EXTENTS_M.0, EXTENTS_M.1)?;
         for part in self.parts {
@@ -150,7 +150,7 @@ impl VolumeView {
         Self { eye, direction, reach_m: f64::INFINITY, only: None, round: false, backed: false }
     }
 
-    pub(super) fn check(&self) -> Result<(), MonteCarloError> {
+    pub(in crate::reference::monte_carlo) fn check(&self) -> Result<(), MonteCarloError> {
         check_place(self.eye)?;
         check("part that is seen", self.only.unwrap_or(0) as f64, 0.0, MAX_PARTS as f64 - 1.0)?;
         check("length of the direction of a view", self.direction.length(), f64::MIN_POSITIVE, f64::MAX)?;
@@ -159,14 +159,14 @@ impl VolumeView {
 }
 
 impl VolumePatch {
-    pub(super) fn check(&self) -> Result<(), MonteCarloError> {
+    pub(in crate::reference::monte_carlo) fn check(&self) -> Result<(), MonteCarloError> {
         check_place(self.middle)?;
         check("side of a patch", self.side_m, 0.0, EXTENTS_M.1)
     }
 }
 
 /// Whether a place is above the ground and not beyond all reason.
-pub(super) fn check_place(place: DVec3) -> Result<(), MonteCarloError> {
+pub(in crate::reference::monte_carlo) fn check_place(place: DVec3) -> Result<(), MonteCarloError> {
     check("height of a place", place.z, 0.0, 2.0 * MAX_HEIGHT_M)?;
     check("place", place.truncate().abs().max_element(), 0.0, EXTENTS_M.1)
 }

@@ -1,16 +1,17 @@
 //! What an eye sees of clouds along rays.
 
 use super::medium::Piece;
-use super::paths::{OUTCOMES, SKY, SKY_GROUND, SUN, SUN_GROUND, TOTAL, World};
+use super::paths::{BY_ORDERS, OUTCOMES, SKY, SKY_GROUND, SUN, SUN_GROUND, TOTAL, World};
 use super::problem::{VolumeProblem, VolumeView};
 use super::rays::{Ray, ray};
-use super::work::each;
 use crate::cumulus::Line;
 use crate::reference::monte_carlo::error::MonteCarloError;
 use crate::reference::monte_carlo::estimate::{Effort, Estimate};
+use crate::reference::monte_carlo::orders::Orders;
 use crate::reference::monte_carlo::path::NEGLIGIBLE;
 use crate::reference::monte_carlo::random::Random;
 use crate::reference::monte_carlo::run::run;
+use crate::reference::monte_carlo::work::each;
 use glam::DVec3;
 use std::sync::atomic::AtomicBool;
 
@@ -45,6 +46,8 @@ pub struct VolumeRadiance {
     pub behind: Estimate,
     /// All light. Its error is not that of independent parts.
     pub total: Estimate,
+    /// All light by the number of scatterings; a reflection by the ground is one.
+    pub orders: Orders,
     /// Paths.
     pub paths: u64,
 }
@@ -80,6 +83,7 @@ pub fn radiance(
             sky_by_ground: Estimate::default(),
             behind: Estimate { value: sky, standard_error: 0.0 },
             total: Estimate { value: order1 + sky, standard_error: 0.0 },
+            orders: Orders::default().plus(0, sky).plus(1, order1),
             paths: 0,
         };
         if seen.depth > 0.0 || seen.ground.is_some() {
@@ -90,6 +94,7 @@ pub fn radiance(
             found.sky = sums.estimate(SKY);
             found.sky_by_ground = sums.estimate(SKY_GROUND);
             found.behind = sums.estimate(BEHIND).plus(sky);
+            found.orders = Orders::of(&sums, BY_ORDERS).plus(0, sky).plus(1, order1);
             found.total = sums.estimate(TOTAL).plus(order1 + sky);
             found.paths = sums.count;
         }
@@ -185,8 +190,11 @@ impl<'a> Seen<'a> {
         }
         let clear = (-self.depth).exp();
         if let Some(place) = self.ground.filter(|_| clear > NEGLIGIBLE) {
-            seen[BEHIND] = clear * self.world.reflected(place, random);
+            let behind = self.world.reflected(place, random);
+            seen[BEHIND] = clear * behind[TOTAL];
             seen[TOTAL] += seen[BEHIND];
+            let orders = seen.iter_mut().zip(behind).skip(BY_ORDERS);
+            orders.for_each(|(light, behind)| *light += clear * behind);
         }
         seen
     }
