@@ -36,7 +36,7 @@ pub use self::openexr::{Depth, to_exr};
 pub use self::output::{Alpha, Coding, Container, Format, Linear, Mips, Output, Packed};
 pub use self::parts::to_multi_part;
 pub use self::picture::{Exposure, METERED_GREY, Picture, PictureDepth, Tonemap, metered_white, to_png, to_webp};
-pub use self::pixels::Pixels;
+pub use self::pixels::{Pixels, TexelLayer};
 
 /// A file in memory: what [`encode_to`] writes.
 ///

@@ -45,7 +45,7 @@ named! {
     Forward = "forward",
     Analytic = "analytic",
     Tabulated = "tabulated",
-    Reference(Reference { seed: Reference::SEED }) = "reference"
+    Reference(Reference { seed: Reference::SEED, orders: 0 }) = "reference"
 }
 
 /// Settings of the method "reference".
@@ -53,11 +53,15 @@ named! {
 pub struct Reference {
     /// Of its random numbers: other seeds give other noise.
     pub seed: u32,
+    /// Orders of scattering whose light is told apart, up to [`Reference::MOST_ORDERS`]; 0 for none.
+    pub orders: u32,
 }
 
 impl Reference {
     /// Seed unless another is asked for.
     pub const SEED: u32 = 1;
+    /// Most orders told apart.
+    pub const MOST_ORDERS: u32 = 8;
 }
 
 impl Method {

@@ -159,14 +159,14 @@ impl Renderer {
         let mut base_m = job.scene().base_m();
         let (texels, plane_m, deepest_m) = if let Wanted::Compass(sphere) = &request.wanted {
             let draw = || compass::texels(sphere, [width, height], illumination.towards_sun, watch);
-            (Texels { data: clock.time("draw", draw)?, standard_error: None }, 0.0, 0.0)
+            (Texels::plain(clock.time("draw", draw)?), 0.0, 0.0)
         } else if job.scene().layer_count() == 0 && request.wanted.sphere().is_none() {
             let data = if job.points().is_empty() {
                 clear::texel(&request.wanted, illumination).repeat(width as usize * height as usize)
             } else {
                 clear::point(illumination).repeat(height as usize)
             };
-            (Texels { data, standard_error: None }, 0.0, 0.0)
+            (Texels::plain(data), 0.0, 0.0)
         } else {
             let run = self.pipeline.run(job, watch, Keep::Texels, &mut clock);
             self.pipeline.shrink(self.kept_bytes);
@@ -179,16 +179,19 @@ impl Renderer {
                 .map_or(0.0, |cumulus| cumulus::highest_m(cumulus, job.scene().extent_m()) - cumulus.base_m.get());
             (run.texels, plane_m, deepest_m + rise_m as f32)
         };
-        let Texels { mut data, mut standard_error } = texels;
+        let Texels { mut data, mut standard_error, mut layers } = texels;
         if let Some(parts) = job.plan().spectrum.parts() {
             data = one_channel(&data, parts);
             standard_error = standard_error.map(|errors| one_channel(&errors, parts));
         }
         let channels = request.wanted.channels();
-        request.output.finish(width, channels, &mut data, standard_error.as_deref_mut())?;
+        let mut beside: Vec<&mut [f32]> = standard_error.iter_mut().map(Vec::as_mut_slice).collect();
+        beside.extend(layers.iter_mut().flat_map(|layer| [&mut layer.data[..], &mut layer.standard_error[..]]));
+        request.output.finish(width, channels, &mut data, &mut beside)?;
         self.pipeline.gpu.check()?;
         let white = white(job, &data, deepest_m.into()) as f32;
-        Ok(Texture { width, height, channels, data, standard_error, white, plane_m, base_m, timings: clock.timings })
+        let timings = clock.timings;
+        Ok(Texture { width, height, channels, data, standard_error, layers, white, plane_m, base_m, timings })
     }
 
     /// Renders a job as [`Renderer::render`] does and reads the result of every stage back, with the time of each pass. For

@@ -7,6 +7,7 @@ mod sky;
 mod texels;
 mod views;
 mod watched;
+mod waves;
 
 pub(crate) use ground::trace_ground;
 pub(crate) use sky::trace_sky;

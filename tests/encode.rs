@@ -19,7 +19,7 @@ use skyloom::image::{ImageEncoding, ImageLimits, decode};
 const RGBA: [&str; 4] = ["R", "G", "B", "A"];
 
 fn pixels<'a>(width: u32, height: u32, channels: &'a [&'a str], data: &'a [f32]) -> Pixels<'a> {
-    Pixels { width, height, channels, data, errors: None, alpha: Alpha::Premultiplied, fraction: false }
+    Pixels { width, height, channels, data, errors: None, layers: &[], alpha: Alpha::Premultiplied, fraction: false }
 }
 
 /// Texels in one row.
@@ -349,7 +349,7 @@ fn standard_errors_are_a_layer_of_their_own() {
 fn texels_are_scaled_and_divided_by_alpha_as_the_output_says() {
     let finished = |output: Output, channels: &[&str], data: &[f32]| {
         let (mut data, mut errors) = (data.to_vec(), vec![1.0; data.len() / channels.len() * channels.len().min(3)]);
-        output.finish(1, channels, &mut data, Some(&mut errors)).map(|()| (data, errors))
+        output.finish(1, channels, &mut data, &mut [&mut errors]).map(|()| (data, errors))
     };
     let linear = |scale, alpha| Output::F32 { linear: Linear { scale, alpha } };
     let texels = [1.0, 2.0, 4.0, 0.5, 3.0, 3.0, 3.0, 0.0, 1e-30, 1e-30, 1e-30, 1e-25];

@@ -82,7 +82,8 @@ fn file(
     projection: &str,
 ) -> Result<Vec<u8>, EncodeError> {
     let alpha = output.linear().alpha;
-    let pixels = Pixels { width: size[0], height: size[1], channels, data, errors: None, alpha, fraction: false };
+    let pixels =
+        Pixels { width: size[0], height: size[1], channels, data, errors: None, layers: &[], alpha, fraction: false };
     Ok(encode(&pixels, &metadata(projection), output, 1.0)?.bytes)
 }
 

@@ -285,7 +285,7 @@ fn requests_keep_what_touches_them() {
     };
     for texture in ["irradiance", "shadow"] {
         let traced = parse(texture, &[REFERENCE, ("seed", "7"), ("transport", "tilted")]);
-        assert_eq!((traced.wanted.reference(), traced.wanted.transport()), (Some(Reference { seed: 7 }), None));
+        assert_eq!((traced.wanted.reference(), traced.wanted.transport()), (Some(Reference { seed: 7, orders: 0 }), None));
         for method in Method::fast().map(Method::name) {
             assert_eq!(parse(texture, &[("method", method), ("seed", "7")]), parse(texture, &[]));
         }

@@ -32,6 +32,14 @@ pub(super) fn channels<'a>(pixels: &Pixels<'a>) -> Vec<Channel<'a>> {
             channels.push(Channel { name: error_name(name), kind: Kind::Errors, data, place, step: lit });
         }
     }
+    for layer in pixels.layers {
+        for (place, &name) in pixels.channels.iter().take(lit).enumerate() {
+            let (name, step) = (layer.channel(name), lit);
+            let errors = error_name(&name);
+            channels.push(Channel { name, kind: Kind::Light, data: &layer.data, place, step });
+            channels.push(Channel { name: errors, kind: Kind::Errors, data: &layer.standard_error, place, step });
+        }
+    }
     channels.sort_unstable_by(|one, other| one.name.cmp(&other.name));
     channels
 }

@@ -58,7 +58,7 @@ impl Depth {
     }
 }
 
-/// An OpenEXR file with standard errors as channels of the layer `error` and the metadata as attributes: the standard ones
+/// An OpenEXR file with standard errors as channels of the layer `error`, parts of the light as layers of their names, and the metadata as attributes: the standard ones
 /// (`chromaticities` of Rec.709 with D65, `adoptedNeutral`, `whiteLuminance`, `wrapmodes`, `envmap` of an equirectangular
 /// picture, `software`, `comments`, and of a place `latitude`, `longitude`, `altitude`, `capDate`, `utcOffset`) and skyloom's own, of the types that every reader
 /// knows:

@@ -266,7 +266,7 @@ impl Output {
     }
 
     /// Scales linear, premultiplied texels, `width` of them in a row, and divides their colours by alpha where that is
-    /// wanted, and their standard errors, those of all channels but alpha, with them.
+    /// wanted, and what is beside them, their standard errors and parts, of all channels but alpha.
     ///
     /// # Errors
     /// [`EncodeError::Overflow`] where a finite value becomes too large for a float.
@@ -275,7 +275,7 @@ impl Output {
         width: u32,
         channels: &[&str],
         data: &mut [f32],
-        errors: Option<&mut [f32]>,
+        beside: &mut [&mut [f32]],
     ) -> Result<(), EncodeError> {
         let Linear { scale, alpha } = self.linear();
         let (scale, straight) = (scale as f32, alpha == Alpha::Straight && channels.len() > 3);
@@ -284,20 +284,21 @@ impl Output {
         }
         let count = channels.len().max(1);
         let lit = count.min(3);
-        let work = |(index, (texel, error)): (usize, (&mut [f32], &mut [f32]))| {
-            let (colour, alpha) = texel.split_at_mut(lit);
-            let factor = match alpha.first() {
-                Some(alpha) if straight => {
-                    if *alpha > LEAST_ALPHA {
-                        scale / alpha
-                    } else {
-                        0.0
-                    }
+        // Alpha stays as it is.
+        let factor = |alpha: Option<&f32>| match alpha {
+            Some(alpha) if straight => {
+                if *alpha > LEAST_ALPHA {
+                    scale / alpha
+                } else {
+                    0.0
                 }
-                _ => scale,
-            };
+            }
+            _ => scale,
+        };
+        let work = |(index, (alpha, colour)): (usize, (Option<&f32>, &mut [f32]))| {
+            let factor = factor(alpha);
             let mut bad = None;
-            for (place, value) in colour.iter_mut().enumerate().chain(error.iter_mut().enumerate()) {
+            for (place, value) in colour.iter_mut().enumerate() {
                 let before = std::mem::replace(value, *value * factor);
                 if before.is_finite() && !value.is_finite() {
                     bad = bad.or(Some((count * index + place, before, factor)));
@@ -305,14 +306,15 @@ impl Output {
             }
             bad
         };
-        let texels = data.par_chunks_mut(count);
-        let bad = match errors {
-            Some(errors) => texels.zip(errors.par_chunks_mut(lit)).enumerate().filter_map(work).min_by_key(|bad| bad.0),
-            None => {
-                let alone = |(index, texel)| work((index, (texel, &mut [])));
-                texels.enumerate().filter_map(alone).min_by_key(|bad| bad.0)
-            }
-        };
+        let bad = data.par_chunks_mut(count).enumerate().filter_map(|(index, texel)| {
+            let (colour, alpha) = texel.split_at_mut(lit);
+            work((index, (alpha.first(), colour)))
+        });
+        let mut bad = bad.min_by_key(|bad| bad.0);
+        for values in beside {
+            let texels = data.par_chunks(count).map(|texel| texel.get(lit)).zip(values.par_chunks_mut(lit));
+            bad = bad.or(texels.enumerate().filter_map(work).min_by_key(|bad| bad.0));
+        }
         bad.map_or(Ok(()), |(index, value, factor)| {
             // Without the scale, would the quotient fit?
             let field = if (value * (factor / scale)).is_finite() { "scale" } else { "alpha" };

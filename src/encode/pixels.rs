@@ -17,10 +17,23 @@ pub struct Pixels<'a> {
     pub data: &'a [f32],
     /// Standard errors of the channels but alpha in the order of the data; OpenEXR alone has room for them.
     pub errors: Option<&'a [f32]>,
+    /// Parts of the light; OpenEXR alone has room for them.
+    pub layers: &'a [TexelLayer],
     /// What the colours are if there is an `A` channel; of no effect otherwise.
     pub alpha: Alpha,
     /// Whether the values are parts of a whole, 0 to 1: what lies outside is noise, which a mask may cut off.
     pub fraction: bool,
+}
+
+/// Texels of colours beside those of a texture: a part of its light.
+#[derive(Clone, Debug, PartialEq)]
+pub struct TexelLayer {
+    /// Its name: in an OpenEXR file its channels are `NAME.R` and the like.
+    pub name: String,
+    /// Values of the texture's channels but alpha, in the order of its texels, finished as its are.
+    pub data: Vec<f32>,
+    /// Their standard errors.
+    pub standard_error: Vec<f32>,
 }
 
 /// Values that are written together, at least.
@@ -40,7 +53,10 @@ impl Pixels<'_> {
         let known = matches!(self.channels, ["Y"] | ["R", "G", "B"] | ["R", "G", "B", "A"]);
         let texels = u64::from(self.width) * u64::from(self.height);
         let fits = |data: &[f32], channels: usize| data.len() as u64 == texels * channels as u64;
-        if !known || texels == 0 || !fits(self.data, count) || !self.errors.is_none_or(|data| fits(data, self.lit())) {
+        let lit = self.lit();
+        let beside = || self.layers.iter().flat_map(|layer| [&layer.data, &layer.standard_error]);
+        let fit = fits(self.data, count) && self.errors.is_none_or(|data| fits(data, lit));
+        if !known || texels == 0 || !fit || !beside().all(|data| fits(data, lit)) {
             return Err(EncodeError::Shape {
                 width: self.width,
                 height: self.height,
@@ -62,6 +78,12 @@ impl Pixels<'_> {
             let at = At::new(self.width, self.channels.get(..self.lit()).unwrap_or_default(), index);
             return Err(EncodeError::NotFinite(At { channel: error_name(&at.channel), ..at }));
         }
+        for layer in self.layers {
+            if let Some(index) = bad(&layer.data).or_else(|| bad(&layer.standard_error)) {
+                let at = At::new(self.width, self.channels.get(..lit).unwrap_or_default(), index);
+                return Err(EncodeError::NotFinite(At { channel: layer.channel(&at.channel), ..at }));
+            }
+        }
         Ok(())
     }
 
@@ -73,6 +95,13 @@ impl Pixels<'_> {
     /// Number of values in a row.
     pub(super) fn row_len(&self) -> usize {
         self.width as usize * self.channels.len()
+    }
+}
+
+impl TexelLayer {
+    /// Name of one of its channels.
+    pub(super) fn channel(&self, channel: &str) -> String {
+        format!("{}.{channel}", self.name)
     }
 }
 

@@ -1,6 +1,6 @@
 //! What a caller and the renderer exchange besides the job: how it is watched, what comes out, why it did not.
 
-use crate::encode::EncodeError;
+use crate::encode::{EncodeError, TexelLayer};
 use crate::gpu::GpuError;
 use crate::image::MissingImage;
 use crate::reference::monte_carlo::MonteCarloError;
@@ -162,6 +162,8 @@ pub struct Texture {
     pub data: Vec<f32>,
     /// Method `reference`: standard errors of the channels but alpha in the order of the texels, as the data is scaled.
     pub standard_error: Option<Vec<f32>>,
+    /// Method `reference`: light of each order of scattering that was asked for apart, and of all above.
+    pub layers: Vec<TexelLayer>,
     /// Value that a picture shows as white, before exposure.
     pub white: f32,
     /// Height of the plane that the texels lie in, metres.

@@ -35,6 +35,7 @@ fn pixels<'a>(texture: &'a Texture, job: &Job) -> Pixels<'a> {
         channels: texture.channels,
         data: &texture.data,
         errors: texture.standard_error.as_deref(),
+        layers: &texture.layers,
         alpha: request.output.linear().alpha,
         // What lies outside 0 to 1 is noise.
         fraction: matches!(request.wanted, Wanted::Shadow(_)),

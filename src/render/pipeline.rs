@@ -11,6 +11,7 @@ use super::lattices_kept::LatticesKept;
 use super::shared::SharedClouds;
 use super::sky::{SkyJob, SkyKept};
 use super::stages::SkyStages;
+use crate::encode::TexelLayer;
 use crate::field::{self, ColumnMap, Field, Given, Source};
 use crate::frame;
 use crate::gpu::layout::{Frame, View};
@@ -80,11 +81,19 @@ pub(super) struct Run {
 pub(super) struct Texels {
     pub(super) data: Vec<f32>,
     pub(super) standard_error: Option<Vec<f32>>,
+    pub(super) layers: Vec<TexelLayer>,
+}
+
+impl Texels {
+    /// Without errors and layers.
+    pub(super) fn plain(data: Vec<f32>) -> Self {
+        Self { data, standard_error: None, layers: Vec::new() }
+    }
 }
 
 impl From<Traced> for Texels {
     fn from(traced: Traced) -> Self {
-        Self { data: traced.data, standard_error: Some(traced.standard_error) }
+        Self { data: traced.data, standard_error: Some(traced.standard_error), layers: traced.layers }
     }
 }
 
@@ -156,7 +165,7 @@ impl Pipeline {
         let view = frame::view(&moment, &request.wanted, size);
         let frames: Vec<Frame> = (0..moment.layers.len()).map(|number| frame::frame(&moment, number)).collect();
         let mut run = Run {
-            texels: Texels { data: Vec::new(), standard_error: None },
+            texels: Texels::plain(Vec::new()),
             fields,
             moment,
             frames,
@@ -166,7 +175,7 @@ impl Pipeline {
             sky: None,
         };
         let (fields, moment) = (&run.fields, &run.moment);
-        if let Some(Reference { seed }) = moment.plan.reference {
+        if let Some(Reference { seed, .. }) = moment.plan.reference {
             let thickness = fields.iter().map(|field| self.thickness(field, watch)).collect::<Result<Vec<_>, _>>()?;
             let trace = || match request.wanted.projection() {
                 None => traced::trace_ground(job, seed, moment, &thickness, watch),
@@ -250,19 +259,19 @@ impl Pipeline {
             let sky = SkyJob { job, moment: &run.moment, sphere, all: &all, seen, cumulus, added, watch };
             let (data, stages) = clock.time("shade", || self.skies.texels(&self.gpu, sky, keep))?;
             run.sky = stages;
-            run.texels = Texels { data, standard_error: None };
+            run.texels = Texels::plain(data);
             return Ok(run);
         }
         let inputs = of(drawn(job), cumulus_seen || needs.ground_sun);
         if !job.points().is_empty() {
             let shaded = || shade::points(&self.gpu, &inputs, &run.view, job.points(), watch.deadline);
             let data = clock.time("shade", shaded)?;
-            run.texels = Texels { data, standard_error: None };
+            run.texels = Texels::plain(data);
             return Ok(run);
         }
         let shading = Shading { job, moment: &run.moment, inputs, view: &run.view, watch };
         let data = clock.time("shade", || bands(&self.gpu, &mut self.beams, &shading))?;
-        run.texels = Texels { data, standard_error: None };
+        run.texels = Texels::plain(data);
         Ok(run)
     }
 

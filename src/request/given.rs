@@ -42,6 +42,7 @@ pub(super) struct Given {
     pub(super) transport: Option<Transport>,
     pub(super) cumulus: CumulusMethod,
     pub(super) seed: u32,
+    pub(super) orders: u32,
     pub(super) layer: Option<u32>,
     pub(super) scale: f64,
     pub(super) exposure: Option<Exposure>,
@@ -80,6 +81,7 @@ impl Given {
             transport: None,
             cumulus: CumulusMethod::Lattice,
             seed: Reference::SEED,
+            orders: 0,
             layer: None,
             scale: 1.0,
             exposure: None,
@@ -100,6 +102,20 @@ impl Given {
         }
         if self.exposure.is_some() && self.ev100.is_some() {
             return Some(("ev100", "either exposure or ev100 can be given".to_owned()));
+        }
+        if self.orders > 0 {
+            let seen = matches!(texture, TextureKind::Cloud | TextureKind::Sky);
+            let why = match self.method {
+                _ if !seen => Some("are those of light that is seen; allowed: 0, or the textures cloud and sky"),
+                Some(Method::Reference(_)) if self.format == Format::Exr => None,
+                Some(Method::Reference(_)) => {
+                    Some("are layers of a file, which an OpenEXR file alone has; allowed: 0, or exr")
+                }
+                _ => Some("are told apart by Monte Carlo alone; allowed: 0, or method=reference"),
+            };
+            if let Some(why) = why {
+                return Some(("orders", format!("orders {why}")));
+            }
         }
         let has_alpha = texture.channels().contains(&"A");
         if has_alpha && self.format == Format::Hdr {
@@ -137,7 +153,7 @@ impl Given {
     pub(super) fn request(&self, texture: TextureKind) -> Request {
         let (tolerance, layer, transport, cumulus) = (self.tolerance, self.layer, self.transport, self.cumulus);
         // The seed is the reference's own.
-        let reference = Reference { seed: self.seed };
+        let reference = Reference { seed: self.seed, orders: self.orders };
         let method = self.method.map(|method| match method {
             Method::Reference(_) => Method::Reference(reference),
             fast => fast,

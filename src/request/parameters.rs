@@ -248,6 +248,16 @@ pub const QUERY_PARAMETERS: &[QueryParameter] = &[
         },
     },
     QueryParameter {
+        name: "orders",
+        values: "0 to 8",
+        default: "0",
+        meaning: "method reference: orders of scattering apart, as layers order1, order2, ... and higher of an EXR",
+        read: |given, text| {
+            set(&mut given.orders, text.parse().ok().filter(|orders| *orders <= Reference::MOST_ORDERS))
+        },
+        write: |request| Some(request.wanted.reference().map_or(0, |reference| reference.orders).to_string()),
+    },
+    QueryParameter {
         name: "layer",
         values: "0 to 3",
         default: "all",

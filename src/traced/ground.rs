@@ -119,7 +119,7 @@ impl Run<'_> {
     fn irradiance(&self, scene: &RgbScene<'_>, map: FluxMap) -> Result<Traced, MonteCarloError> {
         let found = irradiance(scene, map, self.size, &self.effort, self.progress, self.stop)?;
         let Irradiance { values, standard_errors, .. } = found;
-        Ok(Traced { data: values, standard_error: standard_errors })
+        Ok(Traced::plain(values, standard_errors))
     }
 }
 
@@ -140,7 +140,7 @@ fn in_air(
     };
     let found = colour(&waves(&scene, map, run.size, &run.effort, run.progress, run.stop)?, map);
     let narrow = |values: Vec<f64>| values.into_iter().map(|value| (nearness * value) as f32).collect();
-    Ok(Traced { data: narrow(found.values), standard_error: narrow(found.standard_errors) })
+    Ok(Traced::plain(narrow(found.values), narrow(found.standard_errors)))
 }
 
 /// The part of the sun's green light that arrives unscattered.
@@ -160,5 +160,5 @@ fn beam(scene: &RgbScene<'_>, run: &Run<'_>) -> Result<Traced, MonteCarloError> 
     let light = trace(&problem, run.size, FluxMap::GroundDirect, &run.effort, run.progress, run.stop)?;
     let map = light.map(FluxMap::GroundDirect);
     let narrow = |values: Vec<f64>| values.into_iter().map(|value| value as f32).collect();
-    Ok(Traced { data: narrow(map.values), standard_error: narrow(map.standard_errors) })
+    Ok(Traced::plain(narrow(map.values), narrow(map.standard_errors)))
 }

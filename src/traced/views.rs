@@ -1,7 +1,7 @@
 //! Light of clouds along the rays of texels, in three dimensions.
 
 use super::clouds::{Clouds, only};
-use super::texels::Traced;
+use super::texels::{Light, Traced};
 use super::watched::watched;
 use crate::gpu::HostMap;
 use crate::job::{Job, RenderError, Watch};
@@ -43,9 +43,10 @@ pub(crate) fn trace_cloud(
     };
     let views: Vec<VolumeView> = (0..down).flat_map(|y| (0..across).map(move |x| view(x, y))).collect();
     let found = radiance(job, seed, moment, thickness, &views, watch)?;
-    let mut traced = Traced::default();
+    // What lies behind the clouds is not seen: light that was never scattered is none.
+    let mut traced = Traced::with_orders(1, orders(job));
     for texel in &found {
-        traced.add(texel);
+        traced.add(&texel.each_ref().map(Light::from));
         traced.data.push(texel[GREEN].alpha as f32);
     }
     Ok(traced)
@@ -71,14 +72,17 @@ pub(crate) fn trace_cloudy_sky(
     let directions = sphere.directions(size);
     let views: Vec<VolumeView> = directions.iter().flatten().copied().map(view).collect();
     let mut found = radiance(job, seed, moment, thickness, &views, watch)?.into_iter();
-    let mut traced = Traced::default();
+    let mut traced = Traced::with_orders(0, orders(job));
     for direction in directions {
-        match direction.and_then(|_| found.next()) {
-            Some(texel) => traced.add(&texel),
-            None => traced.add_nothing(),
-        }
+        let texel = direction.and_then(|_| found.next());
+        traced.add(&texel.map_or_else(Default::default, |texel| texel.each_ref().map(Light::from)));
     }
     Ok(traced)
+}
+
+/// Orders of scattering that are asked for apart.
+fn orders(job: &Job) -> u32 {
+    job.request().wanted.reference().map_or(0, |reference| reference.orders)
 }
 
 fn radiance(

@@ -134,6 +134,7 @@ fn what_blocks_cannot_hold_is_refused_by_name() {
             channels: &["Y"],
             data,
             errors: None,
+            layers: &[],
             alpha: skyloom::encode::Alpha::Premultiplied,
             fraction: true,
         };

@@ -36,6 +36,17 @@ impl Orders {
         self.apart[order] = self.apart[order].plus(exact);
         self
     }
+
+    /// Orders from `first` to `last`, each on its own, then all above. The error of these is that of independent orders.
+    pub(crate) fn split(&self, first: usize, last: usize) -> Vec<Estimate> {
+        let (apart, above) = self.apart.split_at(last + 1);
+        let add = |sum: Estimate, more: &Estimate| Estimate {
+            value: sum.value + more.value,
+            standard_error: sum.standard_error.hypot(more.standard_error),
+        };
+        let rest = above.iter().fold(self.higher, add);
+        apart[first..].iter().copied().chain([rest]).collect()
+    }
 }
 
 impl From<&AirOrders> for Orders {
