@@ -128,6 +128,8 @@ pub(crate) const FINEST_SKY: SkyDetail =
 /// depth of 30 seen through all of them, which takes this long at least.
 const AIR_TEXEL_S: f64 = 4e-5;
 const CLOUD_TEXEL_S: f64 = 1.6e-3;
+/// The same of clouds in air around a round Earth.
+const GLOBE_TEXEL_S: f64 = 4e-3;
 const LEAST_TEXEL_S: f64 = 0.1;
 
 /// What a request will use.
@@ -317,9 +319,11 @@ impl Plan {
         let texels = request.texels(scene).into_iter().map(f64::from).product::<f64>();
         let exact = 1.0 / (self.tolerance * self.tolerance);
         let asked = |texel_s: f64| format!("asked for; up to {} on one core", duration_in_words(texels * texel_s));
-        if sphere && in_air {
+        let mapped = matches!(scene.ground.albedo, GroundAlbedo::Map { .. });
+        if sphere && in_air && scene.layer_count() == 0 {
             let words = "reference (Monte Carlo on a round Earth)".to_owned();
-            return vec![choice("sky", words, asked(AIR_TEXEL_S * exact), 0.5 * self.tolerance)];
+            let texel_s = if mapped { GLOBE_TEXEL_S } else { AIR_TEXEL_S };
+            return vec![choice("sky", words, asked(texel_s * exact), 0.5 * self.tolerance)];
         }
         if scene.layer_count() == 0 && !sphere {
             let reason = "without clouds every texel is the same".to_owned();
@@ -332,9 +336,12 @@ impl Plan {
         let mut choices: Vec<Choice> = scene.layers.iter().map(field).collect();
         // Texels of the ground are traced together where all layers are stratiform, and all clouds a little for each.
         let one_by_one = request.wanted.projection().is_some() || scene.cumulus.is_some();
-        let reason =
-            if one_by_one { asked((CLOUD_TEXEL_S * exact).max(LEAST_TEXEL_S)) } else { "asked for".to_owned() };
-        let words = "reference (Monte Carlo in three dimensions)".to_owned();
+        let texel_s = if sphere && in_air { GLOBE_TEXEL_S } else { CLOUD_TEXEL_S };
+        let reason = if one_by_one { asked((texel_s * exact).max(LEAST_TEXEL_S)) } else { "asked for".to_owned() };
+        let words = match sphere && in_air {
+            true => "reference (Monte Carlo in three dimensions on a round Earth)".to_owned(),
+            false => "reference (Monte Carlo in three dimensions)".to_owned(),
+        };
         choices.push(choice("light", words, reason, 0.5 * self.tolerance));
         choices
     }

@@ -1,6 +1,7 @@
 //! Method "reference": Monte Carlo instead of the fast methods, to compare them with on a scene of one's own.
 
 mod clouds;
+mod globe;
 mod ground;
 mod patches;
 mod sky;
@@ -9,6 +10,7 @@ mod views;
 mod watched;
 mod waves;
 
+pub(crate) use globe::trace_sky_among_clouds;
 pub(crate) use ground::trace_ground;
 pub(crate) use sky::trace_sky;
 pub(crate) use texels::Traced;

@@ -222,9 +222,9 @@ fn errors_of_a_view_of_the_sky_name_the_field() {
     }
 }
 
-/// A sky is traced where the tracer knows all that is in it, and small.
+/// A sky is traced whatever is in it, if it is small.
 #[test]
-fn a_traced_sky_is_small_and_clear() {
+fn a_traced_sky_is_small() {
     let scene = |more: &str| Scene::from_json(format!("{{{more}}}").as_bytes()).unwrap();
     let air = r#""atmosphere": "haze""#;
     let refused = |more: &str, size: &str| {
@@ -234,16 +234,13 @@ fn a_traced_sky_is_small_and_clear() {
             Err(errors) => errors.iter().map(|error| format!("{}: {}", error.pointer, error.detail)).collect(),
         }
     };
-    assert!(refused(air, "64").is_empty() && refused(r#""atmosphere": {"sky": 1}"#, "64").is_empty());
     let cloudy = format!(r#"{air}, "layers": [{{"thickness": {{"kind": "uniform", "metres": 100}}}}]"#);
     let mapped = format!(r#"{air}, "ground": {{"albedo": {{"image": "{}"}}}}"#, "0".repeat(64));
-    for (more, size, pointer, word) in [
-        (cloudy.as_str(), "16", "method", "the scene has clouds in its air"),
-        (mapped.as_str(), "16", "method", "albedo is an image"),
-        (air, "128", "size", "at most 16384 texels, which takes minutes to hours; this is 32768"),
-    ] {
-        let [found] = refused(more, size).try_into().unwrap();
-        assert!(found.starts_with(pointer) && found.contains(word), "{found}");
+    for more in [air, r#""atmosphere": {"sky": 1}"#, &cloudy, &mapped] {
+        assert!(refused(more, "64").is_empty(), "{more}");
+        let [found] = refused(more, "128").try_into().unwrap();
+        assert!(found.starts_with("size: "), "{found}");
+        assert!(found.contains("at most 16384 texels, which takes minutes to hours; this is 32768"), "{found}");
     }
 }
 

@@ -24,7 +24,7 @@ use crate::method::{Reference, SlabMethod};
 use crate::moment::{Moment, has_flat_rays};
 use crate::plan::field_resolution;
 use crate::projection::Projection;
-use crate::scene::Thickness;
+use crate::scene::{GroundAlbedo, Thickness};
 use crate::shade::{self, GroundSun, SlabLight};
 use crate::slab::angles::AngleSlice;
 use crate::slice::{DeviceTables, HostSlab, HostTables};
@@ -180,7 +180,10 @@ impl Pipeline {
             let trace = || match request.wanted.projection() {
                 None => traced::trace_ground(job, seed, moment, &thickness, watch),
                 Some(Projection::Plane(plane)) => traced::trace_cloud(job, seed, &plane, moment, &thickness, watch),
-                Some(Projection::Sphere(sphere)) if job.air().is_some() => traced::trace_sky(job, seed, &sphere, watch),
+                Some(Projection::Sphere(sphere)) if job.air().is_some() => match has_one_ground(job) {
+                    true => traced::trace_sky(job, seed, &sphere, watch),
+                    false => traced::trace_sky_among_clouds(job, seed, &sphere, moment, &thickness, watch),
+                },
                 Some(Projection::Sphere(sphere)) => {
                     traced::trace_cloudy_sky(job, seed, &sphere, moment, &thickness, watch)
                 }
@@ -420,4 +423,9 @@ fn source(
         true => kept.get_or(SourceKey::new(job, number), make),
         false => make(),
     }
+}
+
+/// Whether a sky is that of clear air over ground that is the same everywhere.
+fn has_one_ground(job: &Job) -> bool {
+    job.scene().layer_count() == 0 && matches!(job.scene().ground.albedo, GroundAlbedo::Uniform(_))
 }

@@ -3,10 +3,7 @@
 use super::wanted::{Cloud, Sky, TextureKind, Wanted};
 use crate::encode::{Exposure, Format, Output, Picture};
 use crate::method::CumulusMethod;
-use crate::scene::{Atmosphere, FieldError, GroundAlbedo, Scene};
-
-/// The methods that every scene can have.
-const FAST: &str = "tabulated, analytic";
+use crate::scene::{Atmosphere, FieldError, Scene};
 
 /// A request for one texture.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -123,16 +120,6 @@ impl Request {
 
     /// What cannot be traced.
     fn check_reference(&self, scene: &Scene, wrong: &mut impl FnMut(&str, String)) {
-        let in_air = matches!(scene.atmosphere, Atmosphere::Air(_));
-        let mapped = matches!(scene.ground.albedo, GroundAlbedo::Map { .. });
-        if self.wanted.sphere().is_some() && in_air && (scene.layer_count() > 0 || mapped) {
-            let what = if mapped { "the scene's albedo is an image" } else { "the scene has clouds in its air" };
-            let detail = format!(
-                "reference traces the sky of clear air over ground of one albedo, and of any scene whose light is given; \
-                 {what}; allowed: {FAST}"
-            );
-            wrong("method", detail);
-        }
         if self.wanted.disc() == Some(true) {
             wrong("disc", "method reference draws no disc of the sun; allowed: false".to_owned());
         }

@@ -13,12 +13,12 @@ use crate::reference::monte_carlo::field::{
     AirScene, FieldProblem, FluxMap, Irradiance, Layer, RgbLayer, RgbScene, colour, irradiance, trace, waves,
 };
 use crate::reference::monte_carlo::{Effort, MonteCarloError};
-use crate::request::Component;
+use crate::request::{Component, Request};
 use crate::scene::FieldError;
 use crate::tables::AirTables;
 use std::sync::atomic::AtomicBool;
 
-/// Lowest sun that is traced through air, degrees from the zenith.
+/// Lowest sun that is traced through level air, degrees from the zenith.
 const LOWEST_SUN_DEG: f64 = 80.0;
 /// The standard error asked for in the mean over the texels, as a part of the request's tolerance.
 const SHARE_OF_TOLERANCE: f64 = 0.5;
@@ -35,10 +35,9 @@ pub(crate) fn trace_ground(
     watch: &Watch,
 ) -> Result<Traced, RenderError> {
     let clouds = Clouds::new(job, moment, thickness)?;
-    if job.scene().cumulus.is_some() {
+    if job.scene().cumulus.is_some() || has_low_sun(job)? {
         return trace_patches(job, seed, moment, &clouds, watch);
     }
-    check_sun(job)?;
     let layers: Vec<RgbLayer<'_>> = moment
         .layers
         .iter()
@@ -91,18 +90,23 @@ pub(crate) fn trace_ground(
     })
 }
 
-/// Level air, which is what the tracer has, sends 1 % more light of the sky down than round air does under a high sun, and
-/// sunlight goes 3 % farther through it at 80 degrees. Farther down it is the request's fault: other methods take that.
-fn check_sun(job: &Job) -> Result<(), RenderError> {
+/// Whether the tracer of level air would be wrong: it sends 1 % more light of the sky down than round air does under a high sun,
+/// and sunlight goes 3 % farther through it at 80 degrees. Below that texels are traced one by one around a round Earth.
+fn has_low_sun(job: &Job) -> Result<bool, RenderError> {
     let zenith_deg = job.illumination().towards_sun[2].clamp(-1.0, 1.0).acos().to_degrees();
     if job.air().is_none() || job.request().wanted.component().is_none() || zenith_deg <= LOWEST_SUN_DEG {
-        return Ok(());
+        return Ok(false);
+    }
+    let texels = job.request().texels(job.scene()).into_iter().map(u64::from).product::<u64>();
+    if texels <= Request::MAX_TRACED_TEXELS {
+        return Ok(true);
     }
     let detail = format!(
-        "reference takes air as level and follows light of suns at 0 to {LOWEST_SUN_DEG} degrees from the zenith; this one \
-         stands at {zenith_deg:.1}"
+        "with the sun more than {LOWEST_SUN_DEG} degrees from the zenith, here {zenith_deg:.1}, reference traces each of at most {} \
+         texels in air; this is {texels}",
+        Request::MAX_TRACED_TEXELS
     );
-    Err(RenderError::Invalid(vec![FieldError { pointer: "method".to_owned(), detail }]))
+    Err(RenderError::Invalid(vec![FieldError { pointer: "size".to_owned(), detail }]))
 }
 
 /// How a scene is traced.

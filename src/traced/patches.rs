@@ -1,6 +1,7 @@
-//! Light on the ground below cumulus by Monte Carlo in three dimensions: paths back from all over each texel.
+//! Light on the ground below cumulus, or in air under low suns, by Monte Carlo in three dimensions: paths back from all over each texel.
 
 use super::clouds::Clouds;
+use super::globe::trace_patches_in_air;
 use super::texels::Traced;
 use super::watched::watched;
 use crate::job::{Job, RenderError, Watch};
@@ -66,6 +67,9 @@ pub(super) fn trace_patches(
         Some(Component::Direct { .. }) => VolumeShare::Direct,
         Some(Component::Diffuse { .. }) => VolumeShare::Diffuse,
     };
+    if job.air().is_some() {
+        return trace_patches_in_air(job, seed, moment, clouds, (&patches, share), watch);
+    }
     let found = watched(watch, |progress, stop| rgb_mean_irradiance(&scene, &patches, share, &effort, progress, stop))?;
     found.into_iter().flatten().for_each(|estimate| traced.add_value(estimate));
     Ok(traced)

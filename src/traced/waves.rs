@@ -78,6 +78,11 @@ fn lit(light: [Estimate; 3], factor: f64) -> [Estimate; 3] {
     scaled(light, factor).map(|light| Estimate { value: light.value.max(0.0), ..light })
 }
 
+/// Red, green and blue of an irradiance at the four wavelengths, per unit sun.
+pub(super) fn irradiance(job: &Job, waves: [Estimate; WAVES]) -> [Estimate; 3] {
+    lit(colour(waves), job.illumination().nearness)
+}
+
 #[cfg(test)]
 mod tests {
     use super::{Estimate, colour};

@@ -256,10 +256,17 @@ impl<'a> World<'a> {
     }
 
     /// The next vertex along a ray, exactly distributed: none where it leaves the air.
-    pub(in crate::reference::monte_carlo) fn fly(&self, ray: &Ray, random: &mut Random) -> Option<Vertex> {
+    pub(super) fn fly(&self, ray: &Ray, random: &mut Random) -> Option<Vertex> {
+        let met = self.fly_to(ray, ray.end, random);
+        met.or_else(|| ray.meets_ground.then(|| Vertex::Ground(ray.position(ray.end))))
+    }
+
+    /// The next vertex in the air before a place of a ray.
+    pub(in crate::reference::monte_carlo) fn fly_to(&self, ray: &Ray, end: f64, random: &mut Random) -> Option<Vertex> {
         let mut place = ray.start;
-        while place < ray.end {
+        while place < end {
             let (lowest_m, part_end) = part(ray, place);
+            let part_end = part_end.min(end);
             let bound = self.bound(lowest_m);
             let next = if bound > 0.0 { place + random.free_path() / bound } else { part_end };
             if next >= part_end {
@@ -273,7 +280,7 @@ impl<'a> World<'a> {
                 return Some(Vertex::Air(ray.position(place), air));
             }
         }
-        ray.meets_ground.then(|| Vertex::Ground(ray.position(ray.end)))
+        None
     }
 
     /// An extinction that is not exceeded at this height or above: all but the ozone thins out upwards.

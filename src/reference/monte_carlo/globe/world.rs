@@ -289,15 +289,19 @@ impl<'a> Around<'a> {
 
     /// The next vertex along a ray: none where it leaves the air.
     pub(super) fn fly(&self, ray: &Ray, random: &mut Random) -> Option<Vertex> {
-        let clear = self.world.air.fly(ray, random);
-        let end = match &clear {
-            Some(air::Vertex::Air(position, _)) => ray.place_of(*position),
-            _ => ray.end,
-        };
-        let met = self.legs(ray, [ray.start, end], |leg| match self.world.clouds.medium.collide(&leg.line, random) {
-            Some((part, way_m)) => ControlFlow::Break(Vertex::Cloud(part, ray.position(leg.place(way_m)))),
-            None => ControlFlow::Continue(()),
-        });
-        met.or(clear.map(Vertex::Clear))
+        // Clouds first: where paths are scattered most, they end a flight long before the air would.
+        let met =
+            self.legs(ray, [ray.start, ray.end], |leg| match self.world.clouds.medium.collide(&leg.line, random) {
+                Some((part, way_m)) => ControlFlow::Break((part, leg.place(way_m))),
+                None => ControlFlow::Continue(()),
+            });
+        let end = met.map_or(ray.end, |(_, place)| place);
+        if let Some(vertex) = self.world.air.fly_to(ray, end, random) {
+            return Some(Vertex::Clear(vertex));
+        }
+        match met {
+            Some((part, place)) => Some(Vertex::Cloud(part, ray.position(place))),
+            None => ray.meets_ground.then(|| Vertex::Clear(air::Vertex::Ground(ray.position(ray.end)))),
+        }
     }
 }
