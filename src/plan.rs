@@ -128,8 +128,9 @@ pub(crate) const FINEST_SKY: SkyDetail =
 /// depth of 30 seen through all of them, which takes this long at least.
 const AIR_TEXEL_S: f64 = 4e-5;
 const CLOUD_TEXEL_S: f64 = 1.6e-3;
-/// The same of clouds in air around a round Earth.
-const GLOBE_TEXEL_S: f64 = 4e-3;
+/// The same of clouds in air around a round Earth: 0.36 s at a tolerance of 0.2 was found on broken stratocumulus by day, with a margin.
+/// Under low suns it is several times as much.
+const GLOBE_TEXEL_S: f64 = 2e-2;
 const LEAST_TEXEL_S: f64 = 0.1;
 
 /// What a request will use.
