@@ -26,6 +26,49 @@ macro_rules! named {
     };
 }
 
+/// How light that air scatters more than once is found.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum AirMethod {
+    /// Not at all: light scattered once alone.
+    Single,
+    /// The same from all directions, in a closed sum (Hillaire 2020): what engines do.
+    Isotropic,
+    /// Light scattered twice, and no more (Nishita and others 1996).
+    SecondOrder,
+    /// All orders, by angular moments at every height and sun.
+    Moments,
+}
+
+named! {
+    AirMethod:
+    Single = "single",
+    Isotropic = "isotropic",
+    SecondOrder = "second-order",
+    Moments = "moments"
+}
+
+impl AirMethod {
+    /// Relative error, root mean square over views of the sky for suns from the zenith to deep twilight: medians of docs/charts/air.csv.
+    pub fn error(self) -> f64 {
+        match self {
+            Self::Single => 0.66,
+            Self::Isotropic => 0.22,
+            Self::SecondOrder => 0.3,
+            Self::Moments => 0.006,
+        }
+    }
+
+    /// What it does, in words.
+    pub fn about(self) -> &'static str {
+        match self {
+            Self::Single => "light scattered once",
+            Self::Isotropic => "light scattered again comes from everywhere",
+            Self::SecondOrder => "two orders of scattering",
+            Self::Moments => "all orders of scattering",
+        }
+    }
+}
+
 /// How slab light is computed, as a request asks for it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Method {

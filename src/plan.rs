@@ -7,7 +7,7 @@
 mod transport;
 
 use crate::field;
-use crate::method::{CumulusMethod, Reference, SlabMethod, Transport};
+use crate::method::{AirMethod, CumulusMethod, Reference, SlabMethod, Transport};
 use crate::projection::Side;
 use crate::request::Request;
 use crate::scene::quantity::Quantity as _;
@@ -146,6 +146,8 @@ pub struct Plan {
     pub transport: Transport,
     /// How light in cumulus is computed.
     pub cumulus: CumulusMethod,
+    /// How light that air scatters more than once is found.
+    pub air: AirMethod,
     /// Texels of the maps of sunlight per transport length of the cloud: light is spread by about as much.
     pub texels_per_length: f64,
     /// Grid texels per height of the cloud base.
@@ -194,6 +196,7 @@ impl Plan {
             transport: asked.unwrap_or_else(|| transport::planned(tolerance, scene, Looked::of(request))),
             // Octaves err three times as much and save an eighth of a pixel: docs/charts/cumulus.csv.
             cumulus: request.wanted.cumulus().unwrap_or(CumulusMethod::Lattice),
+            air: request.wanted.air().unwrap_or(AirMethod::Moments),
             texels_per_length: if tolerance >= COARSE_MAPS { 1.0 } else { 2.0 },
             texels_per_height: if tolerance >= COARSE_GRID { 2.0 } else { 4.0 },
             exchange_change: EXCHANGE_SHARE * tolerance,
@@ -225,6 +228,10 @@ impl Plan {
         if !request.texture().shows_the_scene() {
             add("draw", "marks and a grid of degrees".to_owned(), "a test picture of directions".to_owned(), 0.0);
             return choices;
+        }
+        if self.air != AirMethod::Moments {
+            let choice = format!("{}: {}", self.air.name(), self.air.about());
+            add("air", choice, "asked for".to_owned(), self.air.error());
         }
         if scene.layer_count() == 0 && request.wanted.sphere().is_some() {
             add("sky", "the ground and the sky".to_owned(), "there are no clouds".to_owned(), 0.0);

@@ -39,7 +39,7 @@ pub fn air_mix(
     let Atmosphere::Air(column) = &scene.atmosphere else { return Ok(None) };
     let ground = GroundMap::new(&scene.ground.albedo, images)?.mean();
     let aerosol = library.aerosol(&column.aerosol, plan.spectrum.wavelengths_nm(), progress)?;
-    Ok(Some(AirMix::new(plan.spectrum, column.clone(), aerosol, ground, plan.tolerance)))
+    Ok(Some(AirMix::new(plan.spectrum, column.clone(), aerosol, ground, plan.tolerance, plan.air)))
 }
 
 /// The air of a scene with its clouds in it, if it has both, as the tables of that depend on them. `air` is that of

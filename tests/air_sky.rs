@@ -240,6 +240,46 @@ fn twilight_fades_and_night_is_dark() {
     }
 }
 
+/// Simpler methods of the air take the place of the default everywhere: in the sky, in the light on the ground, in what lights clouds. What they miss
+/// is what the chart `air` says of them, and a sky still shines on the ground as its irradiance tells.
+#[test]
+fn air_by_simpler_methods_is_darker_everywhere() {
+    let mut sky = Sky::open();
+    let mean =
+        |texture: &Texture| texture.data.iter().map(|value| f64::from(*value)).sum::<f64>() / texture.data.len() as f64;
+    let cumulus = json!([{ "kind": "cumulus", "base_m": 1200, "coverage": 0.2, "width_m": [800, 1500], "seed": 4,
+        "droplets": { "henyey_greenstein": 0.85, "extinction_per_m": 0.03 } }]);
+    let mut shaded = clear(50.0, json!({}), 0.2);
+    shaded["layers"] = cumulus;
+    let diffuse = [("component", "diffuse"), ("peak", "false"), ("size", "4")];
+    let shader = [("cumulus", "shader"), ("size", "24"), ("view", "above")];
+    let mut before = [0.0; 3];
+    for air in ["single", "second-order", "moments"] {
+        let with = |query: &[(&'static str, &'static str)]| [query, &[("air", air)]].concat();
+        let scene = clear(50.0, json!({}), 0.2);
+        let seen = sky.render(&scene, "sky", &with(&[("size", "48"), ("eye", "0,0,0")]));
+        let ground = sky.render(&scene, "irradiance", &with(&diffuse));
+        let cloud = sky.render(&shaded, "cloud", &with(&shader));
+        let now = [mean(&seen), mean(&ground), mean(&cloud)];
+        println!("{air}: {now:.4?}");
+        assert!(now.iter().zip(before).all(|(now, before)| *now > 1.01 * before), "{air}: {before:?}, then {now:?}");
+        before = now;
+        let shone: f64 = texels(&seen, [0.0; 3])
+            .iter()
+            .filter(|([_, _, up], ..)| *up > 0.0)
+            .map(|([_, _, up], solid, value)| value[1] * up * solid)
+            .sum();
+        // Texels of 4 degrees.
+        let ratio = shone / f64::from(ground.data[1]);
+        assert!((ratio - 1.0).abs() < 0.02, "{air}: {ratio}");
+    }
+    // Light that a scene gives has no air.
+    let mut given = clear(50.0, json!({}), 0.2);
+    given["atmosphere"] = json!({ "sun": [1, 1, 1], "sky": [1, 1, 1] });
+    let with = sky.job(&given, "sky", &[("size", "8"), ("air", "single")]);
+    assert_eq!(with.request(), sky.job(&given, "sky", &[("size", "8")]).request());
+}
+
 /// Ends of ranges, suns at right angles, eyes on every plane.
 #[test]
 fn every_limit_gives_finite_light() {

@@ -42,6 +42,18 @@ impl Isotropic {
         sky.down = down;
         sky
     }
+
+    /// Mean radiance of the diffuse light at a height under a sun.
+    #[must_use]
+    pub fn mean(&self, height_m: f64, sun_cosine: f64) -> f64 {
+        let floor_m = self.air.floor_m();
+        let (row, u) = place((height_m - floor_m) / (TOP_M - floor_m));
+        let (column, v) = place(0.5 * (sun_cosine + 1.0));
+        let at = |i: usize| {
+            self.means[(row + i) * NODES + column] * (1.0 - v) + self.means[(row + i) * NODES + column + 1] * v
+        };
+        at(0) * (1.0 - u) + at(1) * u
+    }
 }
 
 fn sun_cosine(node: usize) -> f64 {
@@ -98,14 +110,8 @@ impl SkyModel for Isotropic {
     }
 
     fn source(&self, height_m: f64, sun_cosine: f64, _: f64, _: f64) -> f64 {
-        let floor_m = self.air.floor_m();
-        let (row, u) = place((height_m - floor_m) / (TOP_M - floor_m));
-        let (column, v) = place(0.5 * (sun_cosine + 1.0));
-        let at = |i: usize| {
-            self.means[(row + i) * NODES + column] * (1.0 - v) + self.means[(row + i) * NODES + column + 1] * v
-        };
         let coefficients = self.air.profile.at(height_m);
-        (coefficients.rayleigh + coefficients.aerosol) * (at(0) * (1.0 - u) + at(1) * u)
+        (coefficients.rayleigh + coefficients.aerosol) * self.mean(height_m, sun_cosine)
     }
 
     fn irradiance(&self, sun_cosine: f64) -> f64 {

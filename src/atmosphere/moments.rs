@@ -7,11 +7,13 @@
 use super::air::{Air, twilight};
 use super::axes::Axes;
 use super::contraction::{Contracted, azimuth_cosine, weigh};
-use super::field::{Field, SunSeries, TENSOR};
+use super::field::{Field, Sums, SunSeries, TENSOR};
 use super::harmonics::{Harmonics, count};
+use super::isotropic::Isotropic;
 use super::methods::SkyModel;
 use super::quality::{DEGREES, Quality, Resolution};
-use super::solve::all_orders;
+use super::solve::{ORDERS_AT_MOST, all_orders};
+use crate::method::AirMethod;
 
 /// The solved table of one wavelength.
 #[derive(Clone, Debug)]
@@ -33,14 +35,55 @@ impl Moments {
     /// `polarised: false` treats light as a scalar, as many programs do: up to 8 % off at 440 nm.
     #[must_use]
     pub fn solve(air: Air, quality: Quality, polarised: bool, progress: &(dyn Fn(f64) + Sync)) -> Self {
+        Self::orders(air, quality, polarised, ORDERS_AT_MOST, progress)
+    }
+
+    /// The table as a method fills it: whatever reads it then shows what that method makes of the air.
+    #[must_use]
+    pub fn by(method: AirMethod, air: Air, quality: Quality, polarised: bool, progress: &(dyn Fn(f64) + Sync)) -> Self {
+        match method {
+            AirMethod::Moments => Self::solve(air, quality, polarised, progress),
+            // The table's light is that which is scattered once more when it is read.
+            AirMethod::SecondOrder => Self::orders(air, quality, polarised, 1, progress),
+            AirMethod::Isotropic => {
+                let sum = Isotropic::new(air.clone());
+                Self::even(air, quality, polarised, |height_m, sun| sum.mean(height_m, sun), |sun| sum.irradiance(sun))
+            }
+            AirMethod::Single => Self::even(air, quality, polarised, |_, _| 0.0, |_| 0.0),
+        }
+    }
+
+    fn orders(air: Air, quality: Quality, polarised: bool, at_most: usize, progress: &(dyn Fn(f64) + Sync)) -> Self {
         let resolution = Resolution::new(quality, &air.medium);
         // The inner loops are compiled for each degree: they run over arrays of known length.
         let (field, down) = match resolution.degree {
-            l if l <= DEGREES[0] => all_orders::<9>(&air, resolution, polarised, progress),
-            l if l <= DEGREES[1] => all_orders::<13>(&air, resolution, polarised, progress),
-            _ => all_orders::<17>(&air, resolution, polarised, progress),
+            l if l <= DEGREES[0] => all_orders::<9>(&air, resolution, polarised, at_most, progress),
+            l if l <= DEGREES[1] => all_orders::<13>(&air, resolution, polarised, at_most, progress),
+            _ => all_orders::<17>(&air, resolution, polarised, at_most, progress),
         };
         Self { air, polarised, harmonics: Harmonics::new(field.degree), field, down }
+    }
+
+    /// Light that comes from everywhere alike: its mean radiance by height and sun, and the irradiance on the boundary by sun.
+    fn even(
+        air: Air,
+        quality: Quality,
+        polarised: bool,
+        mean: impl Fn(f64, f64) -> f64,
+        irradiance: impl Fn(f64) -> f64,
+    ) -> Self {
+        let Resolution { degree, heights, suns, .. } = Resolution::new(quality, &air.medium);
+        let axes = Axes { floor_m: air.floor_m(), heights, suns };
+        let mut sums = Sums::zero(axes, degree);
+        let (stride, moments) = (sums.stride(), sums.moments);
+        for (i, node) in sums.values.chunks_exact_mut(stride).enumerate() {
+            let mean = mean(axes.height_m(i / suns), axes.sun_cosine(i % suns));
+            node[0] = mean;
+            node[moments..moments + 3].fill(mean / 3.0);
+        }
+        let down = SunSeries::new(axes, (0..suns).map(|sun| irradiance(axes.sun_cosine(sun))));
+        let field = Field::new(axes, degree, &sums);
+        Self { air, polarised, harmonics: Harmonics::new(degree), field, down }
     }
 
     /// The table as numbers, to be kept.

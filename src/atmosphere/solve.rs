@@ -16,7 +16,7 @@ use super::quality::Resolution;
 /// series.
 const RATIO_SETTLED: f64 = 0.005;
 /// No more orders than this; the ratio settles within about ten in the thickest air over the brightest ground.
-const ORDERS_AT_MOST: usize = 40;
+pub(super) const ORDERS_AT_MOST: usize = 40;
 
 /// The sun's beam scattered once, or reflected once by the boundary.
 struct Beam<'a> {
@@ -118,11 +118,12 @@ impl<const N: usize> Source for Diffuse<'_, N> {
     }
 }
 
-/// All orders: the field, and the diffuse irradiance on the boundary by sun.
+/// All orders up to one of them: the field, and the diffuse irradiance on the boundary by sun.
 pub(super) fn all_orders<const N: usize>(
     air: &Air,
     resolution: Resolution,
     polarised: bool,
+    at_most: usize,
     progress: &(dyn Fn(f64) + Sync),
 ) -> (Field, SunSeries) {
     let axes = Axes { floor_m: air.floor_m(), heights: resolution.heights, suns: resolution.suns };
@@ -136,7 +137,7 @@ pub(super) fn all_orders<const N: usize>(
         let expected = if order < resolution.orders { resolution.orders + 1 } else { order + 1 };
         progress(order as f64 / expected as f64);
         let total = latest.total();
-        if total <= 0.0 || order == ORDERS_AT_MOST {
+        if total <= 0.0 || order == at_most {
             break;
         }
         all.add(1.0, &latest);

@@ -6,7 +6,7 @@ use crate::axes::Axes;
 use crate::encode::{
     Alpha, Coding, Container, Depth, Exposure, Format, Linear, Mips, Output, Packed, Picture, PictureDepth, Tonemap,
 };
-use crate::method::{CumulusMethod, Method, Reference, Transport};
+use crate::method::{AirMethod, CumulusMethod, Method, Reference, Transport};
 use crate::projection::{Plane, Side, Sphere, SphereLayout, Viewer};
 use crate::spectrum::Spectrum;
 
@@ -41,6 +41,7 @@ pub(super) struct Given {
     pub(super) method: Option<Method>,
     pub(super) transport: Option<Transport>,
     pub(super) cumulus: CumulusMethod,
+    pub(super) air: AirMethod,
     pub(super) seed: u32,
     pub(super) orders: u32,
     pub(super) layer: Option<u32>,
@@ -80,6 +81,7 @@ impl Given {
             method: None,
             transport: None,
             cumulus: CumulusMethod::Lattice,
+            air: AirMethod::Moments,
             seed: Reference::SEED,
             orders: 0,
             layer: None,
@@ -159,11 +161,13 @@ impl Given {
             fast => fast,
         });
         let traced = method.and_then(Method::reference);
+        // A tracer follows all orders.
+        let air = if traced.is_some() { AirMethod::Moments } else { self.air };
         let wanted = match texture {
             TextureKind::Cloud => {
                 let viewer = self.eye.map(Viewer::At).or(self.direction).unwrap_or(Viewer::UPRIGHT);
                 let plane = Plane { side: self.side, viewer };
-                Wanted::Cloud(Cloud { plane, layer, tolerance, method, transport, cumulus })
+                Wanted::Cloud(Cloud { plane, layer, tolerance, method, transport, cumulus, air })
             }
             TextureKind::Shadow => Wanted::Shadow(Shadow { peak: self.peak, tolerance, reference: traced }),
             TextureKind::Irradiance => Wanted::Irradiance(Irradiance {
@@ -174,13 +178,14 @@ impl Given {
                 },
                 spectrum: self.spectrum,
                 tolerance,
+                air,
                 // Light on the ground goes through tables of fluxes, whatever the cloud's method.
                 light: traced.map_or(GroundLight::Fast { transport }, GroundLight::Reference),
             }),
             TextureKind::Thickness => Wanted::Thickness { layer },
             TextureKind::Sky => {
                 let (sphere, disc, spectrum) = (self.sphere(), self.disc, self.spectrum);
-                Wanted::Sky(Sky { sphere, disc, spectrum, layer, tolerance, method, transport, cumulus })
+                Wanted::Sky(Sky { sphere, disc, spectrum, layer, tolerance, method, transport, cumulus, air })
             }
             TextureKind::Compass => Wanted::Compass(self.sphere()),
         };

@@ -5,7 +5,7 @@ use super::texture_request::Request;
 use super::wanted::Component;
 use crate::axes::Axes;
 use crate::encode::{Alpha, Coding, Exposure, Format, Mips, Output, Packed, Picture, Tonemap};
-use crate::method::{CumulusMethod, Method, Reference, Transport};
+use crate::method::{AirMethod, CumulusMethod, Method, Reference, Transport};
 use crate::projection::{Side, SphereLayout, Viewer};
 use crate::scene::Scene;
 use crate::spectrum::Spectrum;
@@ -236,6 +236,14 @@ pub const QUERY_PARAMETERS: &[QueryParameter] = &[
         meaning: "how light in cumulus is computed",
         read: |given, text| set(&mut given.cumulus, word(text, &CumulusMethod::ALL)),
         write: |request| Some(request.wanted.cumulus()?.name().to_owned()),
+    },
+    QueryParameter {
+        name: "air",
+        values: AirMethod::WORDS,
+        default: "moments",
+        meaning: "how light that air scatters more than once is found, where the scene has air",
+        read: |given, text| set(&mut given.air, word(text, &AirMethod::ALL)),
+        write: |request| Some(request.wanted.air()?.name().to_owned()),
     },
     QueryParameter {
         name: "seed",

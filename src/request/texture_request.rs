@@ -1,8 +1,8 @@
 //! A request for one texture, and whether a scene can meet it.
 
-use super::wanted::{Cloud, Sky, TextureKind, Wanted};
+use super::wanted::{Cloud, Irradiance, Sky, TextureKind, Wanted};
 use crate::encode::{Exposure, Format, Output, Picture};
-use crate::method::CumulusMethod;
+use crate::method::{AirMethod, CumulusMethod};
 use crate::scene::{Atmosphere, FieldError, Scene};
 
 /// A request for one texture.
@@ -69,6 +69,15 @@ impl Request {
             (&scene.cumulus, &mut self.wanted)
         {
             *cumulus = CumulusMethod::Lattice;
+        }
+        if let (
+            Atmosphere::Given(_),
+            Wanted::Cloud(Cloud { air, .. })
+            | Wanted::Sky(Sky { air, .. })
+            | Wanted::Irradiance(Irradiance { air, .. }),
+        ) = (&scene.atmosphere, &mut self.wanted)
+        {
+            *air = AirMethod::Moments;
         }
         Ok(self)
     }

@@ -1,6 +1,6 @@
 //! The textures, each with the parameters that touch it.
 
-use crate::method::{CumulusMethod, Method, Reference, Transport};
+use crate::method::{AirMethod, CumulusMethod, Method, Reference, Transport};
 use crate::projection::{Plane, Projection, Sphere};
 use crate::spectrum::Spectrum;
 use std::f64::consts::PI;
@@ -181,6 +181,8 @@ pub struct Cloud {
     pub transport: Option<Transport>,
     /// How light in cumulus is computed.
     pub cumulus: CumulusMethod,
+    /// How light that air scatters more than once is found.
+    pub air: AirMethod,
 }
 
 /// What is asked of the sky.
@@ -202,6 +204,8 @@ pub struct Sky {
     pub transport: Option<Transport>,
     /// How light in cumulus is computed.
     pub cumulus: CumulusMethod,
+    /// How light that air scatters more than once is found.
+    pub air: AirMethod,
 }
 
 /// What is asked of the sun's beam on the ground.
@@ -224,6 +228,8 @@ pub struct Irradiance {
     pub spectrum: Spectrum,
     /// Acceptable relative root-mean-square error.
     pub tolerance: f64,
+    /// How light that air scatters more than once is found.
+    pub air: AirMethod,
     /// How it is computed.
     pub light: GroundLight,
 }
@@ -332,6 +338,16 @@ impl Wanted {
             Self::Cloud(cloud) => Some(cloud.cumulus),
             Self::Sky(sky) => Some(sky.cumulus),
             Self::Shadow(_) | Self::Irradiance(_) | Self::Thickness { .. } | Self::Compass(_) => None,
+        }
+    }
+
+    /// The method of light in the air, where it is seen.
+    pub fn air(&self) -> Option<AirMethod> {
+        match self {
+            Self::Cloud(Cloud { air, .. }) | Self::Sky(Sky { air, .. }) | Self::Irradiance(Irradiance { air, .. }) => {
+                Some(*air)
+            }
+            Self::Shadow(_) | Self::Thickness { .. } | Self::Compass(_) => None,
         }
     }
 

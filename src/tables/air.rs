@@ -4,6 +4,7 @@ use super::aerosol::AerosolOptics;
 use super::error::TableError;
 use super::library::{Artefact, TableLibrary};
 use crate::atmosphere::{Air, Boundary, Medium, Moments, Quality, Resolution, SlantColumns};
+use crate::method::AirMethod;
 use crate::scene::AirColumn;
 use crate::scene::quantity::Quantity as _;
 use crate::spectrum::Spectrum;
@@ -35,6 +36,8 @@ pub struct AirMix {
     pub ground_albedo: [f64; 4],
     /// How finely it is solved.
     pub quality: Quality,
+    /// How light that is scattered more than once is found.
+    pub method: AirMethod,
 }
 
 impl AirMix {
@@ -45,9 +48,10 @@ impl AirMix {
         aerosol: AerosolOptics,
         ground_albedo: [f64; 3],
         tolerance: f64,
+        method: AirMethod,
     ) -> Self {
         let quality = Quality::plan(column.aerosol.optical_depth.get(), tolerance);
-        Self { spectrum, column, aerosol, ground_albedo: spectrum.albedo(ground_albedo), quality }
+        Self { spectrum, column, aerosol, ground_albedo: spectrum.albedo(ground_albedo), quality, method }
     }
 
     /// The air at a wavelength.
@@ -89,7 +93,7 @@ impl AirMix {
                 Some(moments) => moments.clone(),
                 None => {
                     let part = |part: f64| progress((wave as f64 + part) / 4.0);
-                    Moments::solve(air, self.quality, self.column.polarisation, &part)
+                    Moments::by(self.method, air, self.quality, self.column.polarisation, &part)
                 }
             };
             solved.push(moments.clone());
@@ -136,7 +140,9 @@ impl Artefact for AirMix {
             Quality::Normal => "normal",
             Quality::Fine => "fine",
         };
-        format!("air-{name}-{light}-{quality}")
+        // All orders are what is meant by air.
+        let method = if self.method == AirMethod::Moments { String::new() } else { format!("-{}", self.method.name()) };
+        format!("air-{name}-{light}-{quality}{method}")
     }
 
     fn describe(&self) -> String {

@@ -2,15 +2,19 @@
 
 use std::f64::consts::PI;
 use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
 
 use skyloom::atmosphere::geometry::{PLANET_RADIUS_M, cosine_along, distance_down, distance_up};
 use skyloom::atmosphere::{
     Aerosol, Air, Boundary, End, Layout, Medium, Method, Moments, Quality, SkyModel, SunSky, View, azimuth_means,
     cosine_rule, diffuse_fluxes, march,
 };
+use skyloom::method::AirMethod;
 use skyloom::optics::quadrature::gauss_legendre;
+use skyloom::reference::monte_carlo::Effort;
+use skyloom::reference::monte_carlo::air::{AirProblem, AirView, PreparedAir, radiance};
 
-use super::{Errors, air, cos_degrees, medium, table};
+use super::{Errors, air, cos_degrees, medium, set, table};
 
 /// Rms and worst of textures against direct evaluation, measured at the default size (0.06 to 0.15 % and 0.9 %).
 const TEXTURE_RMS: f64 = 0.002;
@@ -192,6 +196,57 @@ fn in_thin_air_two_orders_are_all() {
     errors.report("light scattered twice against all that is scattered again");
     // The optical depth is 0.001, a few times that on the slant: so much is the third order of the second.
     assert!(errors.worst.abs() < 0.006);
+}
+
+/// A table that a simpler method fills shows what the method makes of the air: light scattered once to the last digits, the isotropic sum but for
+/// the nodes that it is read at, two orders as Monte Carlo tells them apart.
+#[test]
+fn a_table_by_a_simpler_method_is_that_method() {
+    let by = |method: AirMethod, polarised: bool| {
+        Moments::by(method, air("std", 440.0), Quality::Normal, polarised, &|_| {})
+    };
+    let views = [(4.0, 20.0), (15.0, 100.0), (50.0, 170.0), (80.0, 60.0), (-20.0, 90.0)];
+    let suns = [10.0, 50.0, 75.0];
+    for (method, as_published, limit) in
+        [(AirMethod::Single, Method::Single, 1e-9), (AirMethod::Isotropic, Method::Isotropic, 0.02)]
+    {
+        let published = as_published.prepare(air("std", 440.0), &|_| {});
+        for polarised in [false, true] {
+            let table = by(method, polarised);
+            let mut errors = Errors::default();
+            for sun in suns.map(cos_degrees) {
+                for (elevation_deg, azimuth_deg) in views {
+                    let view = View::new(elevation_deg, azimuth_deg, sun);
+                    let [found, exact] =
+                        [&table as &dyn SkyModel, &*published].map(|sky| march(sky, 500.0, sun, view, 64));
+                    errors.add(found.radiance(), exact.radiance(), 0.0);
+                }
+                let [found, exact] = [table.irradiance(sun), published.irradiance(sun)];
+                assert!((found - exact).abs() <= limit * exact, "{method:?}: {found} on the ground, not {exact}");
+            }
+            errors.report(&format!("{method:?} by a table, polarised {polarised}"));
+            assert!(errors.worst.abs() < limit, "{method:?}: {}", errors.worst);
+        }
+    }
+    let medium = medium("std", 440.0);
+    let prepared = PreparedAir::new(&medium).unwrap();
+    let table = by(AirMethod::SecondOrder, true);
+    let mut errors = Errors::default();
+    for (number, sun_zenith_deg) in suns.into_iter().enumerate() {
+        let problem = AirProblem { air: &prepared, ground_albedo: set("std").ground, sun_zenith_deg, polarised: true };
+        let seen = views.map(|(elevation_deg, azimuth_deg)| AirView::new(500.0, elevation_deg, azimuth_deg));
+        let effort = Effort::photons(40_000, number as u64);
+        let exact = radiance(&problem, &seen, &effort, &|_| (), &AtomicBool::new(false)).unwrap();
+        let sun = cos_degrees(sun_zenith_deg);
+        for ((elevation_deg, azimuth_deg), exact) in views.into_iter().zip(exact) {
+            let (once, twice) = (exact.order1_air + exact.order1_ground, exact.multiple.apart[1]);
+            let found = march(&table, 500.0, sun, View::new(elevation_deg, azimuth_deg, sun), 64).radiance();
+            errors.add(found, once + twice.value, twice.standard_error);
+        }
+    }
+    errors.report("two orders against Monte Carlo");
+    // As all orders are held to, by day.
+    assert!(super::held_out::beyond_noise(&errors) < 0.006);
 }
 
 #[test]
