@@ -135,18 +135,20 @@ fn renderers_share_cumulus_and_its_light() {
     let shared = SharedClouds::default();
     let options = RendererOptions { shared: shared.clone(), ..RendererOptions::default() };
     let [mut first, mut second] = [Sky::with(&options), Sky::with(&options)];
+    // A new renderer tries itself out.
+    let before = shared.count();
     let mut scene = scene(1);
     scene["layers"] = json!([{ "kind": "cumulus", "base_m": 1200, "coverage": 0.2, "width_m": [400, 900], "seed": 4,
         "droplets": { "henyey_greenstein": 0.85, "extinction_per_m": 0.03 } }]);
     let query = [("size", "32")];
     let found = first.render(&scene, "cloud", &query).data;
-    assert_eq!(shared.count(), 2, "a volume and its light");
+    assert_eq!(shared.count(), before + 2, "a volume and its light");
     assert_eq!(second.render(&scene, "cloud", &query).data, found);
-    assert_eq!(shared.count(), 2);
+    assert_eq!(shared.count(), before + 2);
     // Another sun lights the same clouds.
     scene["sun"]["zenith_deg"] = json!(56);
     assert_ne!(second.render(&scene, "cloud", &query).data, found);
-    assert_eq!(shared.count(), 3);
+    assert_eq!(shared.count(), before + 3);
     drop(first);
     drop(second);
     assert_eq!(shared.count(), 0);
