@@ -300,12 +300,12 @@ function choose(name) {
 
 function fillMethods() {
   const lists = { tolerance: ["", "0.005", "0.02", "0.05", "0.1", "0.3", "1"], method: ["", "forward", "analytic", "tabulated"], transport: ["", "columns", "tilted", "entry", "blended", "lattice"],
-    cumulus: ["", "lattice", "octaves", "forward", "shader", "shader3"] };
+    cumulus: ["", "lattice", "octaves", "forward", "shader", "shader3"], air: ["", "single", "isotropic", "second-order"] };
   for (const [name, values] of Object.entries(lists)) for (const b of ["", "B"]) {
     const label = document.createElement("label");
     const select = document.createElement("select");
     select.dataset.key = name + b;
-    for (const value of values) select.append(new Option(value || (name === "tolerance" ? "0.02" : "by tolerance"), value));
+    for (const value of values) select.append(new Option(value || ({ tolerance: "0.02", air: "moments" }[name] ?? "by tolerance"), value));
     label.append(`${b || "A"}: ${name}`, select);
     $("methods").append(label);
   }

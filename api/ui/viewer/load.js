@@ -3,7 +3,7 @@ import { askJson, picture } from "./ask.js";
 import { albedoOf, layersOf, windOf } from "./scene.js";
 import { RAD } from "./angles.js";
 
-export const methodsOf = (state, b) => Object.fromEntries(["tolerance", "method", "transport", "cumulus"]
+export const methodsOf = (state, b) => Object.fromEntries(["tolerance", "method", "transport", "cumulus", "air"]
   .map((name) => [name, state[b ? `${name}B` : name]]).filter(([, value]) => value !== ""));
 
 export function queryOf(texture, state, size, time, b) {

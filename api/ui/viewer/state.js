@@ -4,7 +4,7 @@ const DEFAULTS = {
   preset: "", scene: "", by: "", zenith: 50, azimuth: 180, lat: 48.1, lon: 11.6, date: "2026-06-21", start: "04:00",
   time: 0, speed: 1, view: "dome", eye: "2", ground: "light", clouds: true, texture: "cloud", side: "below", component: "total", tiles: false, size: "512",
   expose: "auto", ev: 14, stops: 0, paint: false, compare: false, wipe: 0.5, axes: "enu",
-  tolerance: "", method: "", transport: "", cumulus: "", toleranceB: "0.3", methodB: "", transportB: "", cumulusB: "",
+  tolerance: "", method: "", transport: "", cumulus: "", air: "", toleranceB: "0.3", methodB: "", transportB: "", cumulusB: "", airB: "",
   yaw: 180, pitch: 22, fov: 75, turn: 20, tilt: 30, away: 1.1, zoom: 1, mapX: 0.5, mapY: 0.5,
 };
 

@@ -4,7 +4,7 @@ import { picture } from "./ask.js";
 import { mainOf, methodsOf, queryOf } from "./load.js";
 import { digits } from "./light.js";
 import { difference, percent, tableOf } from "./panels.js";
-import { layersOf } from "./scene.js";
+import { isPhysical, layersOf } from "./scene.js";
 
 const SIDE = 192;
 // Seconds between two of them: what moves is about where it was. A page begins somewhere within four seconds, as the server keeps what others asked for.
@@ -23,6 +23,7 @@ function ways(scene, texture, state) {
     if (layers.length) add("method", ["forward", "analytic"]);
     if (layers.some(({ kind }) => kind === "cumulus")) add("cumulus", ["shader3", "shader", "forward", "octaves"]);
   }
+  if (texture !== "shadow" && isPhysical(scene)) add("air", ["single", "isotropic", "second-order"]);
   const seen = new Map();
   for (const [side, query] of all) {
     const known = seen.get(words(query));
@@ -37,7 +38,7 @@ export async function measureView(sky, state, aspect, onPoint, signal) {
   const points = [];
   const all = ways(sky.scene, texture, state);
   for (const way of all) {
-    const query = { ...queryOf(texture, { ...state, tolerance: "", method: "", transport: "", cumulus: "" }, Math.min(SIDE, Number(state.size)), state.time + ++moments * APART_S), ...way.query };
+    const query = { ...queryOf(texture, { ...state, tolerance: "", method: "", transport: "", cumulus: "", air: "" }, Math.min(SIDE, Number(state.size)), state.time + ++moments * APART_S), ...way.query };
     if (state.view === "dome") Object.assign(query, { projection: "camera", look: `${state.yaw.toFixed(2)},${state.pitch.toFixed(2)}`, fov: state.fov.toFixed(2), aspect: aspect.toFixed(3) });
     const made = await picture(sky, texture, query, signal);
     const ms = made.timings.filter(([name]) => name !== "total").reduce((sum, [, part]) => sum + part, 0);
