@@ -89,6 +89,15 @@ fn scattered_direction(view: SkyView, middle: vec2<f32>, direction: vec3<f32>, r
     return select(direction, towards, dot(towards, towards) > 0.0);
 }
 
+// Arc of a cosine (Abramowitz and Stegun 4.4.46, to 2e-8): drivers' own are rough.
+fn zenith_angle(cosine: f32) -> f32 {
+    let x = min(abs(cosine), 1.0);
+    let low = 1.570796305 + x * (-0.2145988016 + x * (0.0889789874 + x * -0.0501743046));
+    let high = 0.030891881 + x * (-0.0170881256 + x * (0.0066700901 + x * -0.0012624911));
+    let angle = sqrt(1.0 - x) * (low + x * x * x * x * high);
+    return select(angle, PI - angle, cosine < 0.0);
+}
+
 // How much of the sphere a texel shows, radians: from its lower edge to its upper one, and root of the solid angle. Only the
 // equirect's texels are far from squares.
 struct Cone {
@@ -111,10 +120,10 @@ fn sphere_cone(view: SkyView, direction: vec3<f32>) -> Cone {
             return Cone(side, side);
         }
         case SPHERE_FISHEYE: {
-            // From the middle outwards texels stay as high, and are the wider around it; at the rim of a whole sphere all show one point.
+            // From the middle outwards texels stay as high, and are the narrower around it; at the rim of a whole sphere all show one point.
             let rise = 2.0 * PI * view.turns * texel;
-            let around = select(acos(direction.z) / level, 1.0 + level * level / 6.0, direction.z > 0.995);
-            return Cone(rise, rise * sqrt(min(around, 100.0)));
+            let around = select(level / zenith_angle(direction.z), 1.0 - level * level / 6.0, direction.z > 0.995);
+            return Cone(rise, rise * sqrt(around));
         }
         case SPHERE_CUBE: {
             // The cube's axes are those of east, north and up.

@@ -80,8 +80,8 @@ pub fn sphere_cone(view: &SkyView, direction: DVec3) -> Cone {
         1 => even(texel * direction.abs().element_sum().powf(1.5)),
         3 => {
             let (rise, zenith) = (TAU * f64::from(view.turns) * texel, direction.z.clamp(-1.0, 1.0).acos());
-            let around = if zenith > 0.0 { zenith / zenith.sin().max(1e-3) } else { 1.0 };
-            Cone { rise, side: rise * around.min(100.0).sqrt() }
+            let around = if zenith > 0.0 { zenith.sin().max(1e-3) / zenith } else { 1.0 };
+            Cone { rise, side: rise * around.sqrt() }
         }
         2 => {
             let near = direction.abs().max_element();

@@ -82,7 +82,7 @@ pub(crate) fn texel_side(layout: SphereLayout, size: u32, direction: [f64; 3]) -
         SphereLayout::Cube => texel * near.into_iter().fold(0.0, f64::max).powf(1.5),
         SphereLayout::Fisheye { fov_deg } => {
             let zenith = direction[2].clamp(-1.0, 1.0).acos();
-            let around = if zenith > 0.0 { (zenith / zenith.sin().max(1e-3)).min(100.0) } else { 1.0 };
+            let around = if zenith > 0.0 { zenith.sin().max(1e-3) / zenith } else { 1.0 };
             0.5 * texel * fov_deg.to_radians() * around.sqrt()
         }
         // In its middle.
