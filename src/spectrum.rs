@@ -14,3 +14,7 @@ pub use fit::{Fit, Misfit, fit, misfit};
 pub use light::Spectrum;
 pub use matrix::{LUMINANCE, TO_REC709, WAVELENGTHS_NM, luminance, rec709};
 pub use spectra::bare_sun;
+
+/// The channel whose optics of droplets each of [`WAVELENGTHS_NM`] has: 640, 580, 525 and 445 nm are near 650, 550, 550 and 450. Light of a
+/// single wavelength sees each of them.
+pub const CHANNELS: [usize; 4] = [0, 1, 1, 2];

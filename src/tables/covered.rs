@@ -7,6 +7,7 @@ use super::mix::MixTables;
 use crate::atmosphere::{Air, Boundary, Moments};
 use crate::cover::{AirSlab, CloudLayer, Column, Cover};
 use crate::field::{self, Profile};
+use crate::spectrum::CHANNELS;
 use rayon::prelude::*;
 use sha2::{Digest as _, Sha256};
 use std::sync::Arc;
@@ -51,10 +52,6 @@ pub struct CoveredMix {
     /// The layers, lowest first, of which one at least has cloud.
     pub layers: Vec<CoverLayer>,
 }
-
-/// The channel whose optics of droplets a wavelength has: 640, 580, 525 and 445 nm are near 650, 550, 550 and 450. Light of a
-/// single wavelength sees each of them.
-const CHANNELS: [usize; 4] = [0, 1, 1, 2];
 
 impl CoverLayer {
     /// Mean height of its top, m.

@@ -13,13 +13,11 @@ use crate::reference::monte_carlo::globe::{GlobeProblem, GlobeRadiance, GlobeVie
 use crate::reference::monte_carlo::volume::{Part, VolumePatch, VolumeProblem, VolumeShare};
 use crate::request::Sphere;
 use crate::scene_air::SceneAir;
-use crate::spectrum::Spectrum;
+use crate::spectrum::{CHANNELS, Spectrum};
 use glam::DVec3;
 
 /// The pipeline asks for this of scenes with air alone.
 const NO_AIR: RenderError = RenderError::Defect("light in air is traced without air");
-/// The clouds' colour nearest to each of the wavelengths 640, 580, 525 and 445 nm: 650, 550, 550 and 450 nm.
-const COLOURS: [usize; 4] = [0, 1, 1, 2];
 
 /// Radiance of every texel, in kcd/m². `thickness` are the maps of the moment's stratiform layers.
 pub(crate) fn trace_sky_among_clouds(
@@ -79,7 +77,7 @@ fn at_wavelength<T>(
     let moments = &air.clear.waves[wave];
     let prepared = PreparedAir::new(moments.air.whole_medium())?;
     let colours = clouds.parts(job, moment);
-    let parts: Vec<Part<'_>> = colours.iter().map(|part| part.of(COLOURS[wave])).collect();
+    let parts: Vec<Part<'_>> = colours.iter().map(|part| part.of(CHANNELS[wave])).collect();
     let ground = &clouds.ground;
     let albedo = |x: usize, y: usize| {
         let [red, green, blue, _] = ground.texel(x, y);

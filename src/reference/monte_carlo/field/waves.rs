@@ -11,12 +11,10 @@ use crate::atmosphere::Medium;
 use crate::reference::map::Map;
 use crate::reference::monte_carlo::error::MonteCarloError;
 use crate::reference::monte_carlo::estimate::Effort;
-use crate::spectrum::{TO_REC709, rec709};
+use crate::spectrum::{CHANNELS, TO_REC709, rec709};
 
 /// Wavelengths.
 const WAVES: usize = 4;
-/// The clouds' colour nearest to each of the wavelengths 640, 580, 525 and 445 nm: 650, 550, 550 and 450 nm.
-const COLOURS: [usize; WAVES] = [0, 1, 1, 2];
 
 /// Clouds, air and ground under a sun of unit irradiance; fields as in [`FieldProblem`].
 #[derive(Clone, Copy, Debug)]
@@ -50,7 +48,7 @@ pub fn waves(
     let deadline = effort.time_limit.and_then(|time| Instant::now().checked_add(time));
     let wave = |wave: u8| {
         let number = usize::from(wave);
-        let layers: Vec<Layer<'_>> = scene.layers.iter().map(|layer| layer.of(COLOURS[number])).collect();
+        let layers: Vec<Layer<'_>> = scene.layers.iter().map(|layer| layer.of(CHANNELS[number])).collect();
         let ground = scene.ground_albedo;
         let albedo = |[r, g, b, _]: [f64; 4]| [r, 0.5 * (r + g), g, b][number];
         let problem = FieldProblem {
