@@ -13,8 +13,13 @@ impl Between {
     /// The texels about a place, given in periods, of a row of `size` texels whose centres lie at half-integers.
     pub(crate) fn new(place: f64, size: usize) -> Self {
         let texels = place * size as f64 - 0.5;
-        let low = (texels.floor() as i64).rem_euclid(size as i64) as usize;
-        Self { low, high: (low + 1) % size, part: texels - texels.floor() }
+        let before = texels.floor();
+        // Most places lie within the first period, and need no division of whole numbers, which is slow.
+        let low = match before as i64 {
+            low if (0..size as i64).contains(&low) => low as usize,
+            other => other.rem_euclid(size as i64) as usize,
+        };
+        Self { low, high: if low + 1 == size { 0 } else { low + 1 }, part: texels - before }
     }
 }
 

@@ -57,8 +57,7 @@ pub fn path_stretch(map: &Map, frame: &Frame, ray: &MapRay) -> Found {
         |place: f64, slope: f64| if slope > 0.0 { place.floor() + 1.0 - place } else { place - place.ceil() + 1.0 };
     let mut line = pitch * dvec2(first(place.x, slope.x), first(place.y, slope.y));
     // Height of the cloud's top above the ray.
-    let above_at =
-        |way_m: f64| map.sample_periodic((start + uv_per_metre * way_m).to_array())[0] - from_m - sense * way_m;
+    let above_at = |way_m: f64| map.first_periodic((start + uv_per_metre * way_m).to_array()) - from_m - sense * way_m;
     let (mut sum, mut done_m, mut above) = (0.0, 0.0, above_at(0.0));
     // What is left of a view from the start; weighted ways and weights.
     let (mut left, mut met) = (1.0, DVec2::ZERO);
@@ -69,9 +68,11 @@ pub fn path_stretch(map: &Map, frame: &Frame, ray: &MapRay) -> Found {
         let mut part_m = (next_m - done_m) * inside;
         if part_m > 0.0 {
             let enter_m = if above > 0.0 { done_m } else { next_m - part_m };
-            let enough_m = ((left / unseen).ln() + 0.01) / per_metre;
-            if unseen > 0.0 && enough_m < part_m {
-                (part_m, next_m) = (enough_m, enter_m + enough_m);
+            if unseen > 0.0 {
+                let enough_m = ((left / unseen).ln() + 0.01) / per_metre;
+                if enough_m < part_m {
+                    (part_m, next_m) = (enough_m, enter_m + enough_m);
+                }
             }
             sum += part_m;
             let x = per_metre * part_m;
