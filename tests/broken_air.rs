@@ -8,8 +8,7 @@ mod broken_air;
 mod common;
 
 use broken_air::{Broken, MAPS, SCENES, SIDE, path, scene};
-use common::sky::Sky;
-use skyloom::TableLibrary;
+use common::sky::{LIBRARY, Sky};
 use skyloom::reference::monte_carlo::Effort;
 use skyloom::reference::monte_carlo::field::FluxMap;
 use skyloom::spectrum::{WAVELENGTHS_NM, rec709};
@@ -44,9 +43,8 @@ fn texels(name: &str) -> HashMap<String, Vec<f64>> {
 #[test]
 fn the_data_are_those_of_the_tracer() {
     let mut sky = Sky::open();
-    let library = TableLibrary::new(None);
     for name in SCENES {
-        let broken = Broken::new(&mut sky.renderer, &library, &scene(name)).unwrap();
+        let broken = Broken::new(&mut sky.renderer, &LIBRARY, &scene(name)).unwrap();
         let light = broken.trace(&Effort::photons(4_000, 77), &|_| ()).unwrap();
         let (means, texels) = (means(name), texels(name));
         for (wave, nm) in light.iter().zip(WAVELENGTHS_NM) {

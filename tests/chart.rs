@@ -2,12 +2,15 @@
 
 #![expect(clippy::unwrap_used, reason = "a test stops where it fails")]
 
+#[path = "common/library.rs"]
+mod library;
+
 use skyloom::chart::{CHARTS, Chart, ErrorSummary, SLAB_MEDIA, SlabRow, slab_errors};
 use skyloom::method::SlabMethod;
 use skyloom::plan::Plan;
 use skyloom::request::Request;
 use skyloom::scene::Scene;
-use skyloom::tables::{Detail, TableLibrary};
+use skyloom::tables::Detail;
 use std::path::PathBuf;
 
 fn committed(name: &str) -> Vec<Vec<String>> {
@@ -128,7 +131,7 @@ fn committed_errors_are_those_of_this_program() {
     // The finest tables take too long.
     let quick = |method: &SlabMethod| *method != SlabMethod::Tabulated(Detail::Finest);
     let methods: Vec<_> = SlabMethod::ALL.into_iter().filter(quick).map(SlabRow::Planned).collect();
-    let (name, found) = slab_errors(&TableLibrary::new(None), SLAB_MEDIA - 1, &methods, &|_| ()).unwrap();
+    let (name, found) = slab_errors(&library::library(), SLAB_MEDIA - 1, &methods, &|_| ()).unwrap();
     let table = committed("slab.csv");
     for (method, errors) in methods.iter().zip(&found) {
         let row = table.iter().find(|row| row[0] == method.name() && row[1] == name).unwrap();
@@ -148,7 +151,7 @@ fn committed_errors_are_those_of_this_program() {
 /// The plan quotes these charts: a change of a method must come with new charts.
 #[test]
 fn a_sample_of_each_chart_is_as_committed() {
-    let library = TableLibrary::new(None);
+    let library = library::library();
     let mut charts = 0;
     for chart in CHARTS {
         let Some(rows) = chart.sample(&library) else { continue };

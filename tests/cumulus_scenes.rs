@@ -1,6 +1,9 @@
 //! Scenes with cumulus through the renderer: pictures are what the twin sees, and limits.
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test stops where it fails")]
 
+#[path = "common/library.rs"]
+mod library;
+
 use glam::DVec3;
 use skyloom::cumulus::dressed::{self, Scattering};
 use skyloom::cumulus::lattice::{Lattice, Lighting};
@@ -18,7 +21,7 @@ struct Bench {
 
 impl Bench {
     fn open() -> Self {
-        Self { renderer: Renderer::new(&RendererOptions::default()).unwrap(), library: TableLibrary::new(None) }
+        Self { renderer: Renderer::new(&RendererOptions::default()).unwrap(), library: library::library() }
     }
 
     fn texture(&mut self, scene: &str, texture: &str, query: &[(&str, &str)]) -> Texture {

@@ -5,11 +5,11 @@
 mod sky;
 
 use serde_json::{Value, json};
-use sky::{Sky, mean};
+use sky::{LIBRARY, Sky, mean};
 use skyloom::optics::Mix;
 use skyloom::reference::monte_carlo::{Effort, SlabProblem, fluxes};
 use skyloom::slab::radiance::{Completion, Side};
-use skyloom::tables::{Detail, MixTables, Radiance, TableLibrary};
+use skyloom::tables::{Detail, MixTables, Radiance};
 use std::f64::consts::PI;
 use std::ops::RangeInclusive;
 use std::sync::atomic::AtomicBool;
@@ -32,7 +32,6 @@ fn mix(effective_radius_um: f64) -> Mix {
 }
 
 fn tables(effective_radius_um: f64) -> Arc<MixTables> {
-    static LIBRARY: LazyLock<TableLibrary> = LazyLock::new(|| TableLibrary::new(None));
     LIBRARY.get(&mix(effective_radius_um), Some(Detail::Fine), &|_| ()).unwrap()
 }
 

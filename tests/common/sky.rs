@@ -2,6 +2,9 @@
 //! skips them.
 #![allow(dead_code, reason = "each test binary uses its part")]
 
+#[path = "library.rs"]
+mod library;
+
 use serde_json::{Value, json};
 use skyloom::image::{Image, ImageEncoding, sha256_hex};
 use skyloom::projection::SphereLayout;
@@ -28,7 +31,7 @@ pub(crate) struct Lent {
 
 static RENDERERS: Mutex<Vec<Renderer>> = Mutex::new(Vec::new());
 /// Tables of all tests of a binary.
-static LIBRARY: LazyLock<TableLibrary> = LazyLock::new(|| TableLibrary::new(None));
+pub(crate) static LIBRARY: LazyLock<TableLibrary> = LazyLock::new(library::library);
 
 impl Lent {
     fn take() -> Self {

@@ -1,6 +1,9 @@
 //! Small skies whose passes are compared with their twins.
 #![allow(dead_code, reason = "each test binary uses its part")]
 
+#[path = "library.rs"]
+mod library;
+
 use serde_json::{Value, json};
 use skyloom::image::{Image, ImageEncoding, sha256_hex};
 use skyloom::render::Job;
@@ -127,4 +130,4 @@ fn wave_image(width: u32, height: u32) -> (String, Arc<Image>) {
     (name, Arc::new(Image::new(width, height, 1, data, ImageEncoding::Float).unwrap()))
 }
 
-static LIBRARY: LazyLock<TableLibrary> = LazyLock::new(|| TableLibrary::new(None));
+static LIBRARY: LazyLock<TableLibrary> = LazyLock::new(library::library);
