@@ -21,13 +21,14 @@ mod spectrum;
 mod statistics;
 mod streets;
 mod synthetic;
+mod trails;
 mod transfer;
 
 use crate::gpu::layout::{Blend, Eddies, Histogram, Step};
 use crate::gpu::{Gpu, GpuError, HostMap, Pass, Target, binds, shaders};
 use crate::image::Image;
 use crate::scene::quantity::{FillValue, Quantity as _};
-use crate::scene::{self, ExtinctionProfile, Pattern, Shape, Thickness, Wind};
+use crate::scene::{self, ExtinctionProfile, Shape, Thickness, Wind};
 pub(crate) use bytes::FieldBytes;
 pub(crate) use columns::ColumnMap;
 use image_metres::metres;
@@ -125,7 +126,7 @@ pub(crate) fn moves(shape: &Shape, wind: &Wind) -> bool {
 /// Where the wind comes from, degrees, where it is what a layer's map lies along.
 pub(crate) fn rows_from_deg(shape: &Shape, wind: &Wind) -> Option<f64> {
     match &shape.thickness {
-        Some(Thickness::Stratocumulus(wanted)) if wanted.pattern == Pattern::Streets => Some(wind.from_deg.get()),
+        Some(Thickness::Stratocumulus(wanted)) if wanted.pattern.lies_along_the_wind() => Some(wind.from_deg.get()),
         _ => None,
     }
 }

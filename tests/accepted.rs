@@ -122,10 +122,11 @@ fn thickness() -> impl Strategy<Value = Value> {
         json!({ "kind": "stratocumulus", "pattern": pattern, "mean_m": mean_m, "coverage": coverage, "cell_m": cell_m,
             "seed": seed })
     });
-    let columns = (field.clone(), number(0.2, 1.5), any::<bool>()).prop_map(|(mut field, spread, streets)| {
+    let along_wind = prop_oneof![2 => Just(None), 1 => Just(Some("streets")), 1 => Just(Some("cirrus"))];
+    let columns = (field.clone(), number(0.2, 1.5), along_wind).prop_map(|(mut field, spread, pattern)| {
         field["law"] = json!("gamma");
-        if streets {
-            field["pattern"] = json!("streets");
+        if let Some(pattern) = pattern {
+            field["pattern"] = json!(pattern);
         }
         field["spread"] = json!(spread);
         field

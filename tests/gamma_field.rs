@@ -14,7 +14,7 @@ use skyloom::reference::path_sampled::{Stretch, path_sampled};
 use skyloom::render::{Stages, Watch};
 
 const SIDE: usize = 256;
-const PATTERNS: [&str; 4] = ["closed", "open", "fractal", "streets"];
+const PATTERNS: [&str; 5] = ["closed", "open", "fractal", "streets", "cirrus"];
 /// Those that have no direction, and are of both laws.
 const ISOTROPIC: [&str; 3] = ["closed", "open", "fractal"];
 
@@ -169,6 +169,14 @@ fn directions_are_alike() {
     }
 }
 
+/// Autocorrelation of a field at a way, metres, towards east and south, by its waves.
+fn correlation(waves: &[[f64; 3]], [x, y]: [f64; 2], way_m: f64, extent_m: f64) -> f64 {
+    let power: f64 = waves.iter().map(|wave| wave[2]).sum();
+    // Cycles are down and along a row.
+    let phase = |wave: &[f64; 3]| std::f64::consts::TAU * (wave[1] * x + wave[0] * y) * way_m / extent_m;
+    waves.iter().map(|wave| wave[2] * phase(wave).cos()).sum::<f64>() / power
+}
+
 /// Streets lie along the wind at the distance asked for. Of the path's autocorrelation: it falls to 1/e at least three times as far
 /// along the wind as across it, and has its first maximum across it within 15 % of that distance. The mean direction of waves about as
 /// long as that is off by at most 5 degrees. At rest, and as eddies move it; all from one renderer, whose kept fields are those of their wind.
@@ -187,12 +195,7 @@ fn streets_lie_along_the_wind() {
         // Rows of a map run southwards.
         let (east, north) = f64::to_radians(from_deg).sin_cos();
         let (along, across) = ([east, -north], [north, east]);
-        let power: f64 = waves.iter().map(|wave| wave[2]).sum();
-        // Cycles are down and along a row.
-        let correlation = |[x, y]: [f64; 2], way_m: f64| {
-            let phase = |wave: &[f64; 3]| std::f64::consts::TAU * (wave[1] * x + wave[0] * y) * way_m / extent_m;
-            waves.iter().map(|wave| wave[2] * phase(wave).cos()).sum::<f64>() / power
-        };
+        let correlation = |direction, way_m| correlation(&waves, direction, way_m, extent_m);
         let way_m = |i: usize| 50.0 * i as f64;
         let length_m = |way| way_m((1..200).find(|i| correlation(way, way_m(*i)) < (-1.0_f64).exp()).unwrap_or(200));
         let ratio = length_m(along) / length_m(across);
@@ -213,6 +216,42 @@ fn streets_lie_along_the_wind() {
         assert!(ratio >= 3.0, "from {from_deg}: {ratio}");
         assert!((spacing - 1.0).abs() < 0.15, "from {from_deg}: {spacing}");
         assert!(off_deg.abs() < 5.0, "from {from_deg}: {off_deg}");
+    }
+}
+
+/// Cirrus is drawn out along the wind. Of the path's autocorrelation, without the waves that thicken trails together (longer than three
+/// heads): it falls to 1/e at least eight times as far along its trails as across them; eddies fold them, so that it is at least three
+/// times as far there, as in streets. Trails lie within 15 degrees of the wind, on the side
+/// to which they bend. At rest, and as eddies move them.
+#[test]
+fn trails_lie_along_the_wind() {
+    let mut sky = Sky::open();
+    for (from_deg, seed, turbulence) in [(270.0, 0, 0.0), (0.0, 1, 0.0), (300.0, 2, 0.0), (215.0, 3, 1.0)] {
+        let (extent_m, cell_m) = (20_480.0, 1000.0);
+        let mut scene = scene("cirrus", 0.9, 1.0, seed);
+        scene["domain"]["extent_m"] = json!(extent_m);
+        scene["layers"][0]["thickness"]["cell_m"] = json!(cell_m);
+        scene["layers"][0]["wind"] = json!({ "speed_m_s": 8, "from_deg": from_deg, "turbulence_m_s": turbulence });
+        let mut waves = waves(&paths(&mut sky, &scene));
+        waves.retain(|wave| wave[0].hypot(wave[1]) > extent_m / (3.0 * cell_m));
+        // Rows of a map run southwards.
+        let direction = |off_deg: f64| {
+            let (east, north) = (from_deg + off_deg).to_radians().sin_cos();
+            [east, -north]
+        };
+        let length_m = |off_deg: f64| {
+            let way_m = |i: usize| 10.0 * i as f64;
+            let near = |i: &usize| correlation(&waves, direction(off_deg), way_m(*i), extent_m) < (-1.0_f64).exp();
+            way_m((1..400).find(near).unwrap_or(400))
+        };
+        let lengths: Vec<(f64, f64)> = (-10..=10).map(|i| (3.0 * f64::from(i), length_m(3.0 * f64::from(i)))).collect();
+        let (off_deg, most_m) = lengths.into_iter().max_by(|a, b| a.1.total_cmp(&b.1)).unwrap();
+        let ratio = most_m / length_m(off_deg + 90.0);
+        eprintln!(
+            "from {from_deg}, eddies {turbulence}: {most_m} m, {ratio:.2} times as long as wide, {off_deg} degrees off"
+        );
+        assert!(ratio >= if turbulence > 0.0 { 3.0 } else { 8.0 }, "from {from_deg}: {ratio}");
+        assert!(off_deg.abs() <= 15.0, "from {from_deg}: {off_deg}");
     }
 }
 

@@ -10,7 +10,7 @@ use skyloom::cumulus::{self, dressed};
 use skyloom::gpu::layout::{
     self, AEROSOL_ROWS, AirColours, Backdrop, Blend, Blur, Cells, Columns, Cumulus, CumulusSurface, Disc, DiscPlace,
     DiscWay, Eddies, Frame, Histogram, LatticeLight, Medium, Octaves, Placement, Remainder, Share, SkyView, Step,
-    Streets, Sun, SunMaps, Transfer, Turned, View,
+    Streets, Sun, SunMaps, Trails, Transfer, Turned, View,
 };
 use skyloom::gpu::shaders::{self, Shader};
 use skyloom::projection::SphereLayout;
@@ -169,6 +169,20 @@ fn host_layouts() -> Vec<(&'static str, Layout)> {
         }),
         host_layout!(Octaves { seed, first, count, width }),
         host_layout!(Streets { width, count, spare_0, spare_1, waves }),
+        host_layout!(Trails {
+            low,
+            middle,
+            high,
+            along_uv,
+            bend_uv,
+            aside_uv,
+            centre,
+            per_unit,
+            width,
+            steps,
+            parts,
+            spare,
+        }),
         host_layout!(Turned { seed, first, count, width, turns }),
         host_layout!(Columns { low, per_unit, scale_m, clip_m, lift_m, over_m, hang_m, grows }),
         host_layout!(Cells { seed, kind, count, width, coarser, finer, turns, spare }),

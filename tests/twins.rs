@@ -22,7 +22,8 @@ use glam::DVec2;
 use serde_json::json;
 use sky::{Sky, pattern, water, waves};
 use skyloom::field::{Law, Noise};
-use skyloom::gpu::layout::{Columns, Frame, Streets, Turned};
+use skyloom::gpu::HostMap;
+use skyloom::gpu::layout::{Columns, Frame, Streets, Trails, Turned};
 use skyloom::method::{Method, Transport};
 use skyloom::reference::cloud::Shaded;
 use skyloom::reference::{self, Map};
@@ -30,7 +31,7 @@ use skyloom::render::{Renderer, Stages, Watch};
 use skyloom::slice::HostSlab;
 use twin::{
     BEAM_REL, CANCEL, DIRECTION, ROUND, SLICE_REL, TABLE_REL, allowed, assert_size, check, check_each, check_map,
-    is_software, largest, lifted, map, maps, open, place_error, unfiltered, values,
+    is_software, largest, largest_step, lifted, map, maps, open, place_error, unfiltered, values,
 };
 
 /// Sum of four values and a product with a power of 2: three roundings.
@@ -103,6 +104,9 @@ fn check_field(stages: &Stages) {
                 check_map("field_streets", cells_map, &reference::field_streets::main(streets), waves_of(streets));
             }
             let octaves: Vec<_> = synthetic.octaves.iter().map(|(_, noise)| map(noise)).collect();
+            if let Some((trails, heads)) = &synthetic.trails {
+                check_trails(trails, &octaves, heads, cells_map);
+            }
             let cells_map = map(cells_map);
             let blended = reference::field_blend::main(&field.blend, &displacement, &octaves, &cells_map);
             let weights = [field.blend.low, field.blend.middle, field.blend.high];
@@ -168,6 +172,32 @@ fn turned(octaves: &Turned) -> Tolerance {
 fn waves_of(streets: &Streets) -> Tolerance {
     let sum: f64 = streets.waves.iter().map(|wave| f64::from(wave[3])).sum();
     Tolerance::new(2e-6 * sum + ROUND * sum * f64::from(streets.count), 0.0)
+}
+
+/// Trails. Heads are sums of exponentials of noise, which is off by what its places are, up to two domains away: relative errors. Trails
+/// are logarithms of sums of heads, off by what those read elsewhere are, of which the least a column holds is the worst; and by
+/// the logarithm of the driver.
+fn check_trails(trails: &Trails, octaves: &[Map], heads: &HostMap, drawn: &HostMap) {
+    let weights = [trails.low, trails.middle, trails.high];
+    let off = |(map, weights): (&Map, [f32; 4])| {
+        weights.iter().map(|w| f64::from(w.abs())).sum::<f64>() * place_error(map, 2.0)
+    };
+    let of_octaves: f64 = octaves.iter().zip(weights).map(off).sum();
+    check_map(
+        "field_heads",
+        heads,
+        &reference::field_heads::main(trails, octaves),
+        Tolerance::new(0.0, of_octaves + 4e-6),
+    );
+    let heads = map(heads);
+    // What pushes trails aside is off by its own place, and heads change by that way.
+    let aside_uv = f64::from(trails.aside_uv[0].hypot(trails.aside_uv[1])) * 1.5 * place_error(&octaves[0], 1.0);
+    let pushed = 2.0 * aside_uv * f64::from(trails.width) * largest_step(&heads);
+    let twin = reference::field_trails::main(trails, &octaves[0], &heads);
+    let least = twin.texels.iter().map(|texel| texel[0]).fold(f64::INFINITY, f64::min);
+    let ice = (least / f64::from(trails.per_unit) + f64::from(trails.centre)).exp();
+    let allowed = ((place_error(&heads, 2.0) + pushed) / ice + 4e-6) * f64::from(trails.per_unit);
+    check_map("field_trails", drawn, &twin, Tolerance::new(allowed, 0.0));
 }
 
 /// Columns of a synthetic field: a path between two edges of a bin, whose place is known to its rounding; the power and exp of the
@@ -484,9 +514,14 @@ fn fields_of_every_pattern() {
 /// Turned noise, and columns that stand or hang.
 #[test]
 fn fields_of_columns() {
-    for (name, coverage, spread) in
-        [("closed", 1.0, 0.3), ("open", 0.6, 0.9), ("fractal", 0.4, 1.5), ("open", 0.0, 1.0), ("streets", 0.5, 0.9)]
-    {
+    for (name, coverage, spread) in [
+        ("closed", 1.0, 0.3),
+        ("open", 0.6, 0.9),
+        ("fractal", 0.4, 1.5),
+        ("open", 0.0, 1.0),
+        ("streets", 0.5, 0.9),
+        ("cirrus", 0.8, 1.0),
+    ] {
         let mut thickness = pattern(name, coverage);
         thickness["law"] = json!("gamma");
         thickness["spread"] = json!(spread);
@@ -501,10 +536,13 @@ fn fields_of_columns() {
 fn fields_that_move() {
     let mut streets = pattern("streets", 0.5);
     streets["law"] = json!("gamma");
+    let mut cirrus = pattern("cirrus", 0.8);
+    cirrus["law"] = json!("gamma");
     for (thickness, name) in [
         (pattern("closed", 0.8), "closed"),
         (pattern("fractal", 0.5), "fractal"),
         (streets, "streets"),
+        (cirrus, "cirrus"),
         (waves(), "image"),
     ] {
         for (turbulence_m_s, time) in [(1.5, "0"), (1.5, "1234.5"), (0.01, "100"), (50.0, "1e9")] {

@@ -310,6 +310,22 @@ struct Streets {
     waves: array<vec4<f32>, 32>, // of each: whole cycles a tile eastwards and southwards, phase in turns, amplitude
 }
 
+// Cirrus: ice that fell from generating cells.
+struct Trails {
+    low: vec4<f32>,           // amplitudes of octaves in the logarithm of ice where it forms
+    middle: vec4<f32>,
+    high: vec4<f32>,
+    along_uv: vec2<f32>,      // from a trail's end to the head that it came from, straight on
+    bend_uv: vec2<f32>,       // and aside
+    aside_uv: vec2<f32>,      // way aside by a noise of 1
+    centre: f32,              // mean logarithm of a column's ice
+    per_unit: f32,            // over its standard deviation
+    width: u32,               // texels a side
+    steps: u32,               // samples of a trail
+    parts: u32,               // samples of a step
+    spare: u32,
+}
+
 // From the optical depths of a field to columns.
 struct Columns {
     low: f32,                 // value at which the first bin begins

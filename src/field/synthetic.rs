@@ -1,12 +1,13 @@
-//! Synthetic fields: octaves of noise with a -5/3 spectrum, and convective cells or streets.
+//! Synthetic fields: octaves of noise with a -5/3 spectrum, and convective cells, streets or trails of cirrus.
 
 use super::gamma::GammaLaw;
 use super::lattices::turns;
 use super::map::{Field, Stands, bounds, count, find_bounds, read_bins};
 use super::octaves::octave_parts;
 use super::streets::{rows, streets};
+use super::trails;
 use super::transfer::{self, Distribution, calibrate};
-use crate::gpu::layout::{Blend, Cells, Columns, Histogram, Octaves, Streets, Transfer, Turned};
+use crate::gpu::layout::{Blend, Cells, Columns, Histogram, Octaves, Streets, Trails, Transfer, Turned};
 use crate::gpu::{Gpu, GpuError, HostMap, Pass, Target, binds, shaders};
 use crate::scene::quantity::Quantity as _;
 use crate::scene::{DepthLaw, Pattern, Stratocumulus};
@@ -31,6 +32,8 @@ const FINE: u32 = 1024;
 const CELL_SHARE: f64 = 0.7;
 /// Part of the streets: rows are to be seen, and broken by the octaves.
 const STREET_SHARE: f64 = 0.8;
+/// Part of cirrus: noise beside it has long waves alone, which thicken trails together.
+const TRAIL_SHARE: f64 = 0.87;
 /// Texels of the cells' map per cell: cells are smooth but for the creases between them.
 const TEXELS_PER_CELL: u32 = 20;
 /// Standard deviation of the gradient noise of `shaders/shared/noise.wgsl`.
@@ -55,9 +58,10 @@ pub(super) struct Synthetic {
     groups: [Target; GROUPS],
     /// Uniforms of the groups that hold anything.
     filled: Vec<Noise>,
-    /// Cells of a moment, or streets.
+    /// Cells of a moment, or what lies along the wind.
     cells: Target,
     streets: Option<Streets>,
+    trails: Option<Trails>,
     pub(super) gaussian: wgpu::Buffer,
 }
 
@@ -89,6 +93,8 @@ pub struct SyntheticStages {
     pub cells: (Option<Cells>, HostMap),
     /// Streets, whose map is then in the place of the cells'.
     pub streets: Option<Streets>,
+    /// Trails of cirrus, whose map is in that place too, and their heads.
+    pub trails: Option<(Trails, HostMap)>,
     /// What makes cloud of the field's values.
     pub law: Law,
 }
@@ -144,7 +150,7 @@ pub(super) fn spread(pattern: Pattern) -> f64 {
     match pattern {
         Pattern::Closed => 0.5,
         Pattern::Open | Pattern::Streets => 0.9,
-        Pattern::Fractal => 0.6,
+        Pattern::Fractal | Pattern::Cirrus => 0.6,
     }
 }
 
@@ -208,6 +214,7 @@ impl Synthetic {
             filled,
             cells: gpu.texture_from("cells", [1, 1], 1, &[0.0]),
             streets: None,
+            trails: None,
             gaussian: gpu.storage("field", resolution as usize * resolution as usize),
         };
         if let Some(cells) = synthetic.cells(0.0) {
@@ -220,6 +227,12 @@ impl Synthetic {
             gpu.run("field_streets", deadline, &[Pass::new(&shaders::FIELD_STREETS, [streets.width; 2], binds)])?;
             synthetic.streets = Some(streets);
         }
+        if wanted.pattern == Pattern::Cirrus {
+            let trails = trails::trails(synthetic.rows(), &synthetic.cycles(), GRADIENT_NOISE_STD, upwind, resolution);
+            let heads = trails::heads(gpu, &trails, &synthetic.groups, deadline)?;
+            synthetic.cells = trails::draw(gpu, &trails, &synthetic.groups[0], &heads, deadline)?;
+            synthetic.trails = Some(trails);
+        }
         Ok(synthetic)
     }
 
@@ -228,7 +241,12 @@ impl Synthetic {
         self.groups.iter().map(Target::size).sum::<u64>() + self.cells.size() + self.gaussian.size()
     }
 
-    /// Streets a tile, where the pattern is of streets.
+    /// Cycles a tile of the longest waves of each octave of noise.
+    fn cycles(&self) -> Vec<f64> {
+        (0..self.octaves).map(|o| f64::from(LOWEST_PERIOD << o)).collect()
+    }
+
+    /// Streets a tile, or heads of cirrus, where the pattern has them.
     fn rows(&self) -> f64 {
         rows(self.extent_m, self.wanted.cell_m.get(), self.resolution)
     }
@@ -238,7 +256,7 @@ impl Synthetic {
         let kind = match self.wanted.pattern {
             Pattern::Closed => 0,
             Pattern::Open => 1,
-            Pattern::Fractal | Pattern::Streets => return None,
+            Pattern::Fractal | Pattern::Streets | Pattern::Cirrus => return None,
         };
         let cell_m = self.wanted.cell_m.get();
         let wanted = (self.extent_m / cell_m).clamp(1.0, f64::from((self.resolution / 4).max(1)));
@@ -268,11 +286,15 @@ impl Synthetic {
         let (share, cycles) = match cells {
             Some(cells) => (CELL_SHARE, CELL_WAVES * f64::from(cells.count)),
             None if self.streets.is_some() => (STREET_SHARE, self.rows()),
+            None if self.trails.is_some() => (TRAIL_SHARE, self.rows()),
             None => (0.0, CELL_WAVES),
         };
-        let octaves = (0..self.octaves).map(|o| f64::from(LOWEST_PERIOD << o)).collect::<Vec<_>>();
+        let octaves = self.cycles();
         let seen = cells.filter(|_| self.gamma.is_some());
-        let parts = octave_parts(&octaves, share, seen.map(|cells| f64::from(cells.count)));
+        let parts = match self.trails {
+            Some(_) => trails::patches(&octaves, self.rows(), 1.0 - share * share),
+            None => octave_parts(&octaves, share, seen.map(|cells| f64::from(cells.count))),
+        };
         // Two copies that are displaced against each other: their blend lacks variance by what they differ.
         let restored = |cycles: f64| {
             let correlation = (-0.5 * (TAU * cycles * spread).powi(2)).exp();
@@ -403,10 +425,12 @@ impl Synthetic {
     ) -> Result<SyntheticStages, GpuError> {
         let read = |target: &Target| gpu.read_map(target, 0, deadline);
         let octaves = self.filled.iter().zip(&self.groups).map(|(group, map)| Ok((*group, read(map)?)));
+        let heads = |trails: Trails| Ok((trails, read(&trails::heads(gpu, &trails, &self.groups, deadline)?)?));
         Ok(SyntheticStages {
             octaves: octaves.collect::<Result<_, GpuError>>()?,
             cells: (moment.cells, read(&self.cells)?),
             streets: self.streets,
+            trails: self.trails.map(heads).transpose()?,
             law,
         })
     }

@@ -6,7 +6,7 @@ mod field;
 
 use bytemuck::{Pod, Zeroable};
 pub use cumulus::{Cumulus, CumulusSurface};
-pub use field::{Blend, Cells, Columns, Eddies, Histogram, Octaves, Step, Streets, Transfer, Turned};
+pub use field::{Blend, Cells, Columns, Eddies, Histogram, Octaves, Step, Streets, Trails, Transfer, Turned};
 
 /// Grazing rays are computed at this cosine at least: 0.006 degrees above the horizon.
 pub const MIN_COSINE: f32 = 1e-4;

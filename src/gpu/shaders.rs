@@ -117,6 +117,8 @@ shaders! {
     FIELD_TURNED: "field_turned", IMAGE, [NOISE];
     FIELD_CELLS: "field_cells", IMAGE, [NOISE];
     FIELD_STREETS: "field_streets", IMAGE, [];
+    FIELD_HEADS: "field_heads", IMAGE, [];
+    FIELD_TRAILS: "field_trails", IMAGE, [];
     FIELD_VELOCITY: "field_velocity", IMAGE, [];
     FIELD_DISPLACE: "field_displace", IMAGE, [];
     FIELD_BLEND: "field_blend", IMAGE, [];

@@ -318,7 +318,11 @@ pub const GROUPS: &[Group] = &[
         place: "/layers/0/thickness",
         least: r#"{"layers": [{"thickness": {"kind": "stratocumulus"}}]}"#,
         fields: &[
-            field("/pattern", Allowed::Words(&Pattern::WORDS), "structure; `streets` with `law`: `gamma` alone"),
+            field(
+                "/pattern",
+                Allowed::Words(&Pattern::WORDS),
+                "structure; `streets` and `cirrus` with `law`: `gamma` alone",
+            ),
             number::<MeanThicknessM>("/mean_m", "mean thickness of the cloudy part"),
             number::<Coverage>(
                 "/coverage",
@@ -327,7 +331,7 @@ pub const GROUPS: &[Group] = &[
             number::<CellM>(
                 "/cell_m",
                 "size of a convective cell. The domain holds whole cells: between two such sizes one pattern fades into \
-                 the other. Of `streets`: distance of the rows",
+                 the other. Of `streets`: distance of the rows; of `cirrus`: width of the heads that trails fall from",
             ),
             field("/seed", Allowed::Whole(0..=u32::MAX), "picks one field of many alike"),
         ],
@@ -349,7 +353,8 @@ pub const GROUPS: &[Group] = &[
             ),
             number::<CellM>(
                 "/cell_m",
-                "size of a cell of `closed` and `open`: the least that satellites see; of `streets` 2500, the distance of the rows",
+                "size of a cell of `closed` and `open`: the least that satellites see; of `streets` 2500, the distance of the rows; \
+                 of `cirrus` 1500, the width of a head",
             ),
         ],
     },

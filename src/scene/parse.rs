@@ -267,8 +267,10 @@ pub(super) fn thickness(reader: &mut Reader, layer: &Object<'_>, resolve: Resolv
                 if object.has("pattern") { reader.word(&object, "pattern", &Pattern::WORDS) } else { Some("closed") };
             let pattern = pattern.and_then(|word| Pattern::ALL.iter().find(|(name, _)| *name == word));
             let law = law(reader, &object);
-            if let (Some((_, Pattern::Streets)), Some(DepthLaw::Lognormal)) = (pattern, law) {
-                let detail = "`streets` are of the gamma law: say `\"law\": \"gamma\"` with them";
+            if let (Some((word, pattern)), Some(DepthLaw::Lognormal)) = (pattern, law)
+                && pattern.lies_along_the_wind()
+            {
+                let detail = format!("`{word}` is of the gamma law alone: say `\"law\": \"gamma\"` with it");
                 reader.wrong(object.at("law"), detail);
                 return None;
             }

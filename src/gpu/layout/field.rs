@@ -54,6 +54,36 @@ pub struct Streets {
     pub waves: [[f32; 4]; 32],
 }
 
+/// Cirrus: ice that fell from generating cells.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, Pod, Zeroable)]
+pub struct Trails {
+    /// Amplitudes of octaves 0 to 3 in the logarithm of ice where it forms.
+    pub low: [f32; 4],
+    /// 4 to 7.
+    pub middle: [f32; 4],
+    /// 8 to 11.
+    pub high: [f32; 4],
+    /// From a trail's end to the head that it came from, straight on, domains.
+    pub along_uv: [f32; 2],
+    /// And aside.
+    pub bend_uv: [f32; 2],
+    /// Way aside by a noise of 1, domains.
+    pub aside_uv: [f32; 2],
+    /// Mean logarithm of a column's ice.
+    pub centre: f32,
+    /// Over its standard deviation.
+    pub per_unit: f32,
+    /// Texels a side.
+    pub width: u32,
+    /// Samples of a trail.
+    pub steps: u32,
+    /// Samples of a step.
+    pub parts: u32,
+    /// Unused.
+    pub spare: u32,
+}
+
 /// Phases of the eddies' four bands at one moment.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq, Default, Pod, Zeroable)]
