@@ -215,6 +215,9 @@ fn light_of_clouds_has_no_lines() {
     let mut scene: serde_json::Value = serde_json::from_str(include_str!("../config/scenes/congestus.json")).unwrap();
     scene["sun"] = serde_json::json!({ "zenith_deg": 40, "azimuth_deg": 230 });
     scene["atmosphere"] = serde_json::json!({ "sun": [100, 100, 100], "sky": [4, 4, 6] });
+    // The field in which the lines were seen.
+    scene["domain"] = serde_json::json!({ "extent_m": 20000, "resolution": 512 });
+    scene["layers"][0]["seed"] = serde_json::json!(11);
     let size = SIDE.to_string();
     let mut bench = Bench::open();
     for look in ["220,0", "224,-4", "216,-4"] {
