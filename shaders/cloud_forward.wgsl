@@ -2,19 +2,6 @@
 //
 // Sunlight: scattered once, with the whole phase function, at a depth that counts what is scattered forwards as hardly scattered; and
 // even light of all the rest, so that each side has its exact flux (src/slab/veil.rs).
-@group(0) @binding(0) var<uniform> frame: Frame;
-@group(0) @binding(1) var<uniform> view: CloudView;
-// Bindings 2 and 3: the cloud's shape, as the view looks at it.
-@group(0) @binding(4) var transmittance: texture_2d<f32>;
-@group(0) @binding(5) var reflectance: texture_2d<f32>;
-@group(0) @binding(6) var from_below: texture_2d<f32>;
-@group(0) @binding(7) var from_above: texture_2d<f32>;
-@group(0) @binding(8) var sun_share: texture_2d<f32>;
-@group(0) @binding(9) var repeat: sampler;
-@group(0) @binding(10) var clamped: sampler;
-@group(0) @binding(11) var<storage, read_write> output: array<f32>;
-@group(0) @binding(12) var behind: texture_2d<f32>; // even light beyond all layers that are drawn
-@group(0) @binding(13) var<storage, read_write> held: array<vec3<f32>>; // by what lies before: see left_of
 @group(0) @binding(METHOD_BINDING) var veil: texture_2d<f32>;
 @group(0) @binding(METHOD_BINDING + 1) var phase: texture_2d<f32>;
 

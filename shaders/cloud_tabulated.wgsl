@@ -3,19 +3,6 @@
 // Sunlight: single scattering is exact, with the whole phase function at the delta-M scaled depth; everything after it
 // is smooth and comes from a table of the exact solution, cut at this frame's sun: one 3-D fetch for three colours. What
 // the two lack near the sun is a third term (src/slab/radiance tells all of it).
-@group(0) @binding(0) var<uniform> frame: Frame;
-@group(0) @binding(1) var<uniform> view: CloudView;
-// Bindings 2 and 3: the cloud's shape, as the view looks at it.
-@group(0) @binding(4) var transmittance: texture_2d<f32>;
-@group(0) @binding(5) var reflectance: texture_2d<f32>;
-@group(0) @binding(6) var from_below: texture_2d<f32>;
-@group(0) @binding(7) var from_above: texture_2d<f32>;
-@group(0) @binding(8) var sun_share: texture_2d<f32>;
-@group(0) @binding(9) var repeat: sampler;
-@group(0) @binding(10) var clamped: sampler;
-@group(0) @binding(11) var<storage, read_write> output: array<f32>;
-@group(0) @binding(12) var behind: texture_2d<f32>; // even light beyond all layers that are drawn
-@group(0) @binding(13) var<storage, read_write> held: array<vec3<f32>>; // by what lies before: see left_of
 @group(0) @binding(METHOD_BINDING) var slice: texture_3d<f32>;
 @group(0) @binding(METHOD_BINDING + 1) var near_sun: texture_2d<f32>;
 @group(0) @binding(METHOD_BINDING + 2) var linear: sampler;

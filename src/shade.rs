@@ -4,6 +4,7 @@ mod cumulus;
 mod ground;
 mod inputs;
 mod method;
+mod plane;
 mod sky;
 mod tiles;
 
@@ -13,9 +14,11 @@ use crate::request::TextureKind;
 pub(crate) use cumulus::{CoarseNormals, CumulusField, CumulusInputs, CumulusLight, CumulusLit, SunDepth};
 use ground::on_the_ground;
 pub(crate) use ground::{GroundSun, SWEPT_BYTES, TowardsSun, points, towards_sun};
-use inputs::{DrawnOn, cloud_binds, each, early, held};
+use inputs::{each, early};
 pub(crate) use inputs::{Inputs, LayerInputs};
 pub(crate) use method::SlabLight;
+use plane::on_plane;
+pub use plane::{SLABS_COUNT, SLABS_PER_OCTAVE};
 pub(crate) use sky::{DeviceAir, GroundLit, OnGround, SkyCumulus, SkyInputs, SkyLayer, ground_radiance, sky_band};
 pub use sky::{SkyAir, SkyClouds};
 use std::time::Instant;
@@ -56,36 +59,7 @@ pub(crate) fn band(
             passes
         }),
         TextureKind::Shadow | TextureKind::Irradiance => on_the_ground(gpu, texture, inputs, sun, view, &output),
-        TextureKind::Cloud => {
-            let from_above = view.from_above == 1;
-            let held = held(gpu, inputs.layers.len() > 1, view.size[0] as usize * view.rows as usize);
-            let last = inputs.layers.last().and_then(|last| last.light);
-            // A new buffer holds zeros: what is drawn first may as well add to them.
-            let over = inputs.cumulus.is_some_and(|(before, _)| *before == 0);
-            let drawn = each(gpu, inputs, view, over, |layer, bound| {
-                let (tables, method) = (layer.tables?, layer.method?);
-                let field = binds![&layer.field.thickness, &layer.field.bounds];
-                let shape = layer.levels.map_or(field, |levels| binds![&levels.map, &levels.bounds]);
-                let drawn_on = DrawnOn { texels: &output, behind: last?.beyond(from_above), held: &held, first: false };
-                let mut binds = cloud_binds(gpu, layer, bound, shape, from_above, &drawn_on)?;
-                binds.extend(method.binds(gpu, tables, from_above));
-                let Some(lattice) = layer.light.and_then(|light| light.lattice.as_ref()) else {
-                    return Some((method.shader(layer.field), binds));
-                };
-                binds.extend(lattice.binds(gpu));
-                Some((method.lattice_shader(layer.field), binds))
-            });
-            match (drawn, inputs.cumulus) {
-                (Some(mut passes), Some((before, cumulus))) => {
-                    let view = View { together: (inputs.layers.len() > 1).into(), ..*view };
-                    cumulus.on_plane(gpu, &view, &output, &held).map(|pass| {
-                        passes.insert(*before, pass);
-                        passes
-                    })
-                }
-                (drawn, _) => drawn,
-            }
-        }
+        TextureKind::Cloud => on_plane(gpu, inputs, view, &output),
         // The bands of one are made by `sky_band`, the other is drawn by the host.
         TextureKind::Sky | TextureKind::Compass => None,
     };

@@ -1,24 +1,9 @@
 // What every method of slab light has in common: light of sky, ground and other layers, alpha. Uses the pass's bindings and
-// its function sunlight; and sun_reaches, which says what of it reaches the layer (cloud_share.wgsl, cloud_lattice.wgsl).
+// its functions sunlight, slab_reflects and slab_lets_through; and sun_reaches, which says what of it reaches the layer (cloud_share.wgsl, cloud_lattice.wgsl).
 //
 // A texel is a slab as deep as the view ray's cloud. Light from above and below is even, so by reciprocity its scattered
 // part is the plane albedo or transmittance at the view angle. The sun's light is that of a slab under the open sun, times
 // what the maps of sunlight say of the place where the view ray meets the cloud.
-
-// The ray of a texel.
-struct ViewRay {
-    seen: vec3<f32>,    // towards the viewer
-    hit_uv: vec2<f32>,  // where it shows the cloud: mean of what the viewer sees along it
-    base_uv: vec2<f32>, // where it crosses the base plane, or begins within the layer
-    cosine: f32,        // of its zenith
-    path_m: f32,        // length of cloud along it
-    depth: f32,         // optical depth of the slab at 550 nm
-    from_above: bool,
-    from_m: f32,        // height of base_uv above the base plane
-    rise_m: f32,        // by how much it climbs within the layer
-    level: f32,         // of the map, at which it is looked at
-    steps: f32,         // samples for each texel of the level that it crosses
-}
 
 // What lies before a layer in a texel.
 struct Left {
@@ -50,8 +35,8 @@ fn shade_ray(ray: ViewRay, left: Left) -> Shaded {
     let clear = exp(-path);
     // With all digits where the cloud is thin: colour may be divided by it.
     let alpha = select(1.0 - clear, path * slab_phi1(vec3<f32>(path)).x, path < 0.3);
-    let reflected = slab_reflectance(reflectance, clamped, ray.depth, ray.cosine);
-    let through = slab_transmittance(transmittance, clamped, ray.depth, ray.cosine);
+    let reflected = slab_reflects(ray);
+    let through = slab_lets_through(ray);
     // What is drawn behind comes through as it is, the rest is even.
     var even_clear = clear;
     if view.together == 1u {
@@ -99,10 +84,4 @@ fn added_sunlight(ray: ViewRay, above: f32, left: Left) -> vec3<f32> {
         }
     }
     return passing * select(added, max(added, vec3<f32>(0.0)), above_it > 0.0);
-}
-
-// The same ray of a slab of another optical depth.
-fn deeper(ray: ViewRay, depth: f32) -> ViewRay {
-    let path_m = depth / (frame.medium.extinction_550 * ray.cosine);
-    return ViewRay(ray.seen, ray.hit_uv, ray.base_uv, ray.cosine, path_m, depth, ray.from_above, ray.from_m, ray.rise_m, ray.level, ray.steps);
 }

@@ -92,7 +92,7 @@ pub(super) fn each<'a>(
     inputs: &'a Inputs<'a>,
     view: &View,
     over: bool,
-    make: impl Fn(&'a LayerInputs<'a>, &wgpu::Buffer) -> Option<(&'static Shader, Vec<Bind>)>,
+    mut make: impl FnMut(&'a LayerInputs<'a>, &wgpu::Buffer) -> Option<(&'static Shader, Vec<Bind>)>,
 ) -> Option<Vec<Pass>> {
     let together = (inputs.layers.len() > 1).into();
     let views = [0, 1].map(|first| gpu.uniform("view", &View { first, together, ..*view }));

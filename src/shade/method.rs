@@ -27,7 +27,16 @@ impl SlabLight {
         }
     }
 
-    /// The shader of the cloud pass.
+    /// The shader of slabs of all depths in a parallel view.
+    pub(crate) fn slabs_shader(&self) -> &'static Shader {
+        match self {
+            Self::Forward(_) => &shaders::SLABS_FORWARD,
+            Self::Analytic(_) => &shaders::SLABS_ANALYTIC,
+            Self::Tabulated(_) => &shaders::SLABS_TABULATED,
+        }
+    }
+
+    /// The shader of clouds that an eye sees.
     pub(crate) fn shader(&self, field: &Field) -> &'static Shader {
         field.shader(match self {
             Self::Forward(_) => [&shaders::CLOUD_FORWARD, &shaders::CLOUD_FORWARD_COLUMNS],
