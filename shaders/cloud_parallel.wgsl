@@ -2,18 +2,18 @@
 // slab's light is a function of its depth alone, whatever the method: cloud_slabs has made it.
 @group(0) @binding(0) var<uniform> frame: Frame;
 @group(0) @binding(1) var<uniform> view: CloudView;
-// Bindings 2 and 3: the cloud's shape.
-@group(0) @binding(4) var<storage, read> slabs_of_view: array<vec4<f32>>;
-@group(0) @binding(5) var from_below: texture_2d<f32>;
-@group(0) @binding(6) var from_above: texture_2d<f32>;
-@group(0) @binding(7) var sun_share: texture_2d<f32>;
-@group(0) @binding(8) var repeat: sampler;
-@group(0) @binding(9) var<storage, read_write> output: array<f32>;
-@group(0) @binding(10) var behind: texture_2d<f32>; // even light beyond all layers that are drawn
-@group(0) @binding(11) var<storage, read_write> held: array<vec3<f32>>; // by what lies before: see left_of
+// What follows: the cloud's shape.
+@group(0) @binding(SHAPE_NEXT) var<storage, read> slabs_of_view: array<vec4<f32>>;
+@group(0) @binding(SHAPE_NEXT + 1u) var from_below: texture_2d<f32>;
+@group(0) @binding(SHAPE_NEXT + 2u) var from_above: texture_2d<f32>;
+@group(0) @binding(SHAPE_NEXT + 3u) var sun_share: texture_2d<f32>;
+@group(0) @binding(SHAPE_NEXT + 4u) var repeat: sampler;
+@group(0) @binding(SHAPE_NEXT + 5u) var<storage, read_write> output: array<f32>;
+@group(0) @binding(SHAPE_NEXT + 6u) var behind: texture_2d<f32>; // even light beyond all layers that are drawn
+@group(0) @binding(SHAPE_NEXT + 7u) var<storage, read_write> held: array<vec3<f32>>; // by what lies before: see left_of
 
 // What comes after these.
-const METHOD_NEXT: u32 = 12u;
+const METHOD_NEXT: u32 = SHAPE_NEXT + 8u;
 
 @compute @workgroup_size(16, 16)
 fn main(@builtin(global_invocation_id) id: vec3<u32>) {

@@ -2,10 +2,14 @@
 
 alias CloudView = View;
 
-@group(0) @binding(2) var thickness: texture_2d<f32>;
-@group(0) @binding(3) var bounds: texture_2d<f32>;
+// What a ray meets.
+struct Seen {
+    length_m: f32,     // of cloud of the layer's extinction
+    hit_uv: vec2<f32>, // mean place of what the viewer sees
+}
 
-const PATH_SEEN: bool = true;
+// Way over the map for each metre of height from which a ray is flat.
+const FLAT_SLOPE: f32 = 8.0;
 // Steps of a ray to the light of a lattice, at most.
 const RAY_MOST_STEPS: f32 = 256.0;
 // The method's own bindings begin here.
@@ -29,7 +33,7 @@ fn view_ray(ray: Ray) -> ViewRay {
     let up = select(-seen, seen, from_above);
     let cosine = clamp(up.z, MIN_COSINE, 1.0);
     let base_uv = domain_uv(position.xy + up.xy / cosine * (frame.place.base_m - view.plane_m), frame.place.extent_m);
-    let path = path_seen(thickness, bounds, repeat, frame, base_uv, up, from_above);
+    let path = path_seen(base_uv, up, from_above);
     let depth = frame.medium.extinction_550 * path.length_m * cosine;
     return ViewRay(seen, path.hit_uv, base_uv, cosine, path.length_m, depth, from_above, 0.0, frame.place.depth_m, 0.0, 1.0);
 }

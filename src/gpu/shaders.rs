@@ -40,6 +40,7 @@ const MARCH: &str = wgsl!("shared/march");
 const PATH: &str = wgsl!("shared/path");
 const PATH_COLUMNS: &str = wgsl!("shared/path_columns");
 const PATH_SEEN: &str = wgsl!("shared/path_seen");
+const PATH_UPRIGHT: &str = wgsl!("shared/path_upright");
 const PATH_LINES: &str = wgsl!("shared/path_lines");
 const PATH_SAMPLED: &str = wgsl!("shared/path_sampled");
 const PATH_SAMPLED_COLUMNS: &str = wgsl!("shared/path_sampled_columns");
@@ -190,6 +191,12 @@ shaders! {
         [PROJECTION, MARCH, PATH, PATH_LINES, PATH_SAMPLED, SLAB, CLOUD_RAY, SLABS_OF_VIEW, CLOUD, LATTICE_SHEET, CLOUD_LATTICE, PATH_SEEN, CLOUD_PLANE];
     LATTICE_PARALLEL_COLUMNS: "lattice_parallel_columns" of "cloud_parallel", IMAGE,
         [PROJECTION, COLUMNS, MARCH, PATH_COLUMNS, PATH_LINES, PATH_SAMPLED_COLUMNS, SLAB, CLOUD_RAY, SLABS_OF_VIEW, CLOUD, LATTICE_COLUMNS, CLOUD_LATTICE, PATH_SEEN, CLOUD_PLANE];
+    CLOUD_UPRIGHT: "cloud_upright" of "cloud_parallel", IMAGE,
+        [PROJECTION, PATH_LINES, SLAB, CLOUD_RAY, SLABS_OF_VIEW, CLOUD, CLOUD_SHARE, PATH_UPRIGHT, CLOUD_PLANE];
+    LATTICE_UPRIGHT: "lattice_upright" of "cloud_parallel", IMAGE,
+        [PROJECTION, PATH_LINES, SLAB, CLOUD_RAY, SLABS_OF_VIEW, CLOUD, LATTICE_SHEET, CLOUD_LATTICE, PATH_UPRIGHT, CLOUD_PLANE];
+    LATTICE_UPRIGHT_COLUMNS: "lattice_upright_columns" of "cloud_parallel", IMAGE,
+        [PROJECTION, COLUMNS, PATH_LINES, SLAB, CLOUD_RAY, SLABS_OF_VIEW, CLOUD, LATTICE_COLUMNS, CLOUD_LATTICE, PATH_UPRIGHT, CLOUD_PLANE];
     SKY_FORWARD: "sky_forward" of "cloud_forward", IMAGE, [SPHERE, AIR, PATH_LINES, PATH_SAMPLED, SLAB, CLOUD_RAY, CLOUD_BINDS, CLOUD, CLOUD_SHARE, CLOUD_SKY];
     SKY_ANALYTIC: "sky_analytic" of "cloud_analytic", IMAGE, [SPHERE, AIR, PATH_LINES, PATH_SAMPLED, SLAB, CLOUD_RAY, CLOUD_BINDS, CLOUD, CLOUD_SHARE, CLOUD_SKY];
     SKY_TABULATED: "sky_tabulated" of "cloud_tabulated", IMAGE, [SPHERE, AIR, PATH_LINES, PATH_SAMPLED, SLAB, CLOUD_RAY, CLOUD_BINDS, CLOUD, CLOUD_SHARE, CLOUD_SKY];

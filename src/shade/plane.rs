@@ -36,7 +36,7 @@ pub(super) fn on_plane(gpu: &Gpu, inputs: &Inputs<'_>, view: &View, output: &wgp
         let beyond = behind?.beyond(view.from_above == 1);
         let drawn_on = DrawnOn { texels: output, behind: beyond, held: &held, first: false };
         match slabs_seen.next() {
-            Some(slabs) => parallel_layer(gpu, layer, bound, slabs, &drawn_on, view.from_above == 1),
+            Some(slabs) => parallel_layer(gpu, layer, view, bound, slabs, &drawn_on),
             None => layer_from_eye(gpu, layer, bound, &drawn_on, view.from_above == 1),
         }
     })?;
@@ -64,29 +64,38 @@ fn slabs_of_view(gpu: &Gpu, layer: &LayerInputs<'_>, view: &View) -> Option<(Pas
 fn parallel_layer(
     gpu: &Gpu,
     layer: &LayerInputs<'_>,
-    view: &wgpu::Buffer,
+    view: &View,
+    bound: &wgpu::Buffer,
     slabs: &wgpu::Buffer,
     drawn_on: &DrawnOn<'_>,
-    from_above: bool,
 ) -> Option<(&'static Shader, Vec<Bind>)> {
-    let light = layer.light?;
-    let mut binds = binds![layer.frame, view];
-    binds.extend(shape(layer));
+    let (field, light, side) = (layer.field, layer.light?, view.from_above as usize);
+    // Upright rays are in one column each.
+    let upright = view.towards[..2] == [0.0; 2];
+    let mut binds = binds![layer.frame, bound];
+    binds.extend(if upright { binds![&field.thickness] } else { shape(layer) });
     binds.extend(binds![
         slabs,
         &light.from_below,
-        &light.from_above[usize::from(from_above)],
-        &light.share[usize::from(from_above)],
+        &light.from_above[side],
+        &light.share[side],
         &gpu.repeat,
         drawn_on.texels,
         drawn_on.behind,
         drawn_on.held,
     ]);
-    let Some(lattice) = &light.lattice else {
-        return Some((layer.field.shader([&shaders::CLOUD_PARALLEL, &shaders::CLOUD_PARALLEL_COLUMNS]), binds));
+    let shader = match &light.lattice {
+        Some(lattice) => {
+            binds.extend(lattice.binds(gpu));
+            field.shader(match upright {
+                true => [&shaders::LATTICE_UPRIGHT, &shaders::LATTICE_UPRIGHT_COLUMNS],
+                false => [&shaders::LATTICE_PARALLEL, &shaders::LATTICE_PARALLEL_COLUMNS],
+            })
+        }
+        None if upright => &shaders::CLOUD_UPRIGHT,
+        None => field.shader([&shaders::CLOUD_PARALLEL, &shaders::CLOUD_PARALLEL_COLUMNS]),
     };
-    binds.extend(lattice.binds(gpu));
-    Some((layer.field.shader([&shaders::LATTICE_PARALLEL, &shaders::LATTICE_PARALLEL_COLUMNS]), binds))
+    Some((shader, binds))
 }
 
 /// A layer as an eye sees it.
