@@ -4,14 +4,25 @@
 @group(0) @binding(1) var<uniform> view: View;
 @group(0) @binding(2) var<uniform> disc: Disc;
 @group(0) @binding(3) var thickness: texture_2d<f32>;
-@group(0) @binding(4) var transmittance: texture_2d<f32>;
-@group(0) @binding(5) var clamped: sampler;
 // rgb: parts left of the beam with its 5-degree peak; w: the same at 550 nm, however little comes through in all.
-@group(0) @binding(6) var<storage, read_write> beam: array<vec4<f32>>;
+@group(0) @binding(4) var<storage, read_write> beam: array<vec4<f32>>;
 // rgb: unscattered parts; w: at 550 nm.
-@group(0) @binding(7) var<storage, read_write> unscattered: array<vec4<f32>>;
+@group(0) @binding(5) var<storage, read_write> unscattered: array<vec4<f32>>;
 // Of each texel, the two of these summed over the parts of the disc before this one; those of the first layer are in the two themselves.
-@group(0) @binding(8) var<storage, read_write> sums: array<vec4<f32>>;
+@group(0) @binding(6) var<storage, read_write> sums: array<vec4<f32>>;
+
+// Of a place on the disc. Green is 550 nm.
+struct DiscLight {
+    with_peak: vec4<f32>, // as `beam`
+    without: vec4<f32>,   // as `unscattered`
+}
+
+// What is left after so much cloud.
+fn light_after(path_m: f32) -> DiscLight {
+    let beam = exp(-frame.medium.beam * frame.medium.extinction * path_m);
+    let unscattered = exp(-frame.medium.extinction * path_m);
+    return DiscLight(vec4<f32>(beam_bounded(beam, path_m), beam.g), vec4<f32>(unscattered, unscattered.g));
+}
 
 @compute @workgroup_size(16, 16)
 fn main(@builtin(global_invocation_id) id: vec3<u32>) {
@@ -33,9 +44,9 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     var i = 0u;
     loop {
         let place = disc.places[i];
-        let path_m = height_to_sun(place.direction, uv + place.shift_uv) / place.cosine;
-        with_peak += vec4<f32>(sun_through(path_m).beam, exp(-frame.medium.beam_550 * frame.medium.extinction_550 * path_m));
-        without += vec4<f32>(exp(-frame.medium.extinction * path_m), exp(-frame.medium.extinction_550 * path_m));
+        let light = light_of(place, uv + place.shift_uv);
+        with_peak += light.with_peak;
+        without += light.without;
         continuing {
             i++;
             break if i >= disc.count;

@@ -10,6 +10,17 @@
 // In the end floats: how far along each ray is in cloud of the layer's extinction, from start to start 1.
 @group(0) @binding(3) var<storage, read_write> swept: array<i32>;
 
+// A row of rays.
+struct Row {
+    first: u32, // of its numbers
+    rows: u32,  // from one of them to the next
+    last: i32,  // ray that starts in it
+}
+
+fn row_number(row: Row, at: i32) -> u32 {
+    return row.first + u32(at) * row.rows;
+}
+
 @compute @workgroup_size(64, 1, 1)
 fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     if id.y >= disc.directions {
@@ -20,28 +31,28 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     if i32(id.x) >= size.y {
         return;
     }
-    let row = sweep_row(sweep_rows(thickness), id.y, id.x);
-    let between = i32(disc.between);
-    let last = size.x * between;
-    for (var i = 0; i < last + 2; i++) {
-        swept[row + u32(i)] = 0;
+    let rows = sweep_rows(thickness);
+    let row = Row(sweep_number(rows, id.y, id.x, 0u), rows, size.x * i32(disc.between));
+    for (var i = 0; i < row.last + 2; i++) {
+        swept[row_number(row, i)] = 0;
     }
     // Beyond, nothing is met by a ray that starts in the row.
-    let ends = size.x + i32(ceil(frame.place.depth_m * way.per_metre / f32(between)));
+    let ends = size.x + i32(ceil(frame.place.depth_m * way.per_metre / f32(disc.between)));
     var first = column_at(way, size, id.x, 0);
     for (var i = 0; i < ends; i++) {
         let other = column_at(way, size, id.x, i + 1);
         if max(first.x, other.x) > 0.0 {
-            sweep_add(row, last, i, first, other, way.per_metre);
+            sweep_add(row, i, first, other, way.per_metre);
         }
         first = other;
     }
     var rise = 0;
     var sum = 0;
-    for (var i = 0; i <= last; i++) {
-        rise += swept[row + u32(i)];
+    for (var i = 0; i <= row.last; i++) {
+        let at = row_number(row, i);
+        rise += swept[at];
         sum += rise;
-        swept[row + u32(i)] = bitcast<i32>(f32(sum) / SWEEP_PARTS);
+        swept[at] = bitcast<i32>(f32(sum) / SWEEP_PARTS);
     }
 }
 
@@ -67,7 +78,7 @@ fn texel_at(way: DiscWay, place: vec2<i32>) -> vec4<f32> {
 }
 
 // Adds what is met by rays that start beyond `seen_from`, by those between the two a part of it.
-fn sweep_ramp(row: u32, last: i32, seen_from: vec2<f32>, weight: i32) {
+fn sweep_ramp(row: Row, seen_from: vec2<f32>, weight: i32) {
     let low = min(seen_from.x, seen_from.y);
     let high = max(seen_from.x, seen_from.y);
     let width = max(high - low, 1e-6);
@@ -77,12 +88,12 @@ fn sweep_ramp(row: u32, last: i32, seen_from: vec2<f32>, weight: i32) {
     let met = i32(round(f32(weight) * min((f32(begin) - low) / width, 1.0)));
     let each = select(0, i32(round(f32(weight) / width)), end > begin);
     let rest = weight - met - each * max(end - begin - 1, 0);
-    sweep_count(row, last, begin, met);
-    sweep_count(row, last, begin + 1, each - met);
-    sweep_count(row, last, end, rest - each);
-    sweep_count(row, last, end + 1, -rest);
+    sweep_count(row, begin, met);
+    sweep_count(row, begin + 1, each - met);
+    sweep_count(row, end, rest - each);
+    sweep_count(row, end + 1, -rest);
 }
 
-fn sweep_count(row: u32, last: i32, at: i32, count: i32) {
-    swept[row + u32(min(at, last + 1))] += count;
+fn sweep_count(row: Row, at: i32, count: i32) {
+    swept[row_number(row, min(at, row.last + 1))] += count;
 }

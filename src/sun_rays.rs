@@ -4,7 +4,7 @@
 //! little within the layer, against what the whole disc blurs, are one direction there: they only cross it side by side.
 
 use crate::gpu::layout::{Disc, DiscPlace, DiscWay, MIN_COSINE};
-use glam::{DVec2, DVec3, dvec2};
+use glam::{DMat2, DVec2, DVec3, dvec2};
 
 /// Places on the sun's disc that are looked at for one texel of its shadow, where its penumbra is seen: four for each texel that it is wide,
 /// so that the beam is within 0.01, root mean square (docs/method.md, section 5).
@@ -14,14 +14,21 @@ const PLACES: [f64; 2] = [8.0, Disc::MOST as f64];
 const SWEEP_LINES: f64 = 2.0;
 const START_LINES: f64 = 0.6;
 pub(crate) const SWEPT_LINES: f64 = 5.0;
-/// So many swept rays are beside each other in the width that the disc blurs sideways of its rays, and one after the other in that along them: then the
-/// beam is within 0.01 of that of single rays, root mean square (docs/method.md, section 5).
-const SWEEP_FINE: f64 = 5.5;
+/// So many swept rays are beside each other in the width that the disc blurs sideways of its rays, and 1.4 times as many one after the other in that along
+/// them: then the beam is within 0.01 of that of rays from all over the disc, root mean square (docs/method.md, section 5).
+const SWEEP_FINE: f64 = 3.4;
+const START_FINE: f64 = 1.4;
 /// Of a low sun, whose disc blurs far along its rays, as many rays start in a texel: the beam is curved between them.
-const LEAST_STARTS: f64 = 2.0;
+const LEAST_STARTS: f64 = 3.0;
 /// Lines at which rows look at columns, for each texel of the map, where so many rays start in it: rays that cross the map aslant meet lines of texels
-/// between those that they are named by. With two the preset `snow` errs by 0.0106 at 75 degrees, with three or four by 0.0062.
+/// between those that they are named by. With two the preset `snow` errs by 0.0118 at 75 degrees, with three by 0.0067.
 const SWEEP_COLUMNS: u32 = 3;
+/// Two are enough where the disc blurs most of a texel, so that no more rows are needed than these, and the sun is so high that as many rays start.
+const FEW_COLUMNS: u32 = 2;
+const FINE_ROWS: u32 = 4;
+const FINE_STARTS: u32 = 4;
+/// Sine of the elevation below which part of the beam's 5-degree cone, and of the disc, may be below the horizon.
+const LOW_SUN: f64 = 0.1;
 /// Metres between rays towards a sun that is a point, over synthetic fields: these are smooth enough at so small a scale, and no blur hides the rest. It is
 /// worth it only where it is so many times cheaper.
 const POINT_SPACING_M: f64 = 5.0;
@@ -111,21 +118,68 @@ fn towards(slope: DVec2) -> DVec3 {
     slope.extend(1.0).normalize()
 }
 
-/// Places on the disc of a sun: a spiral of equal areas (Vogel 1979); one is its middle. Those below the horizon give no light.
+/// Places on the disc of a sun: a spiral of equal areas (Vogel 1979), moved so that its middle and its second moments are those of the disc, a quarter of its
+/// radius squared along each axis; one is its middle. Those below the horizon give no light.
 fn places(sun: DVec3, radius: f64, count: u32) -> Vec<DVec3> {
     let flat = dvec2(-sun.y, sun.x);
     let side = if flat.length() < 1e-6 { DVec3::X } else { flat.normalize().extend(0.0) };
-    let place = |i: u32| {
-        let part = if count > 1 { (f64::from(i) + 0.5) / f64::from(count) } else { 0.0 };
-        let (sin, cos) = (2.399_963_2 * f64::from(i)).sin_cos();
-        (sun + radius * part.sqrt() * (cos * side + sin * sun.cross(side))).normalize()
+    let on_spiral = |i: u32| {
+        let part = (f64::from(i) + 0.5) / f64::from(count);
+        part.sqrt() * DVec2::from_angle(2.399_963_2 * f64::from(i))
     };
-    (0..count)
-        .map(place)
+    let mut places: Vec<DVec2> = if count > 1 { (0..count).map(on_spiral).collect() } else { vec![DVec2::ZERO] };
+    let (middle, moments) = spread(&places);
+    if moments.determinant() > 0.0 {
+        let even = of_symmetric(moments, |value| 0.5 / value.sqrt());
+        places.iter_mut().for_each(|place| *place = even * (*place - middle));
+    }
+    places
+        .iter()
+        .map(|place| (sun + radius * (place.x * side + place.y * sun.cross(side))).normalize())
         .enumerate()
         .filter(|(i, towards)| *i == 0 || towards.z > 0.0)
         .map(|(_, towards)| towards)
         .collect()
+}
+
+/// Middle and second moments of places.
+fn spread(places: &[DVec2]) -> (DVec2, DMat2) {
+    let count = places.len() as f64;
+    let middle = places.iter().sum::<DVec2>() / count;
+    let moments = |sum: DMat2, place: &DVec2| {
+        let off = *place - middle;
+        sum + DMat2::from_cols(off * off.x, off * off.y)
+    };
+    (middle, places.iter().fold(DMat2::ZERO, moments) * (1.0 / count))
+}
+
+/// Draws places together about their middle, so that their second moments are less by so much: what blurs beside them then blurs no
+/// more in all. A tenth of them is left at least.
+fn draw_together(places: &mut [DVec2], less: DMat2) {
+    let (middle, moments) = spread(places);
+    if moments.determinant() <= 0.0 {
+        return;
+    }
+    let whole = of_symmetric(moments, f64::sqrt);
+    let part = of_symmetric(moments, |value| 1.0 / value.sqrt());
+    let drawn = whole * of_symmetric(part * less * part, |value| (1.0 - value).max(0.1).sqrt()) * part;
+    for place in places {
+        *place = middle + drawn * (*place - middle);
+    }
+}
+
+/// A function of a symmetric matrix.
+fn of_symmetric(matrix: DMat2, value: impl Fn(f64) -> f64) -> DMat2 {
+    let [a, b, c] = [matrix.x_axis.x, matrix.x_axis.y, matrix.y_axis.y];
+    let (mean, apart) = (0.5 * (a + c), (0.25 * (a - c) * (a - c) + b * b).sqrt());
+    let [high, low] = [mean + apart, mean - apart].map(|root| value(root.max(0.0)));
+    // The same function on both: by its values there, on the line between them.
+    match apart > 1e-12 * mean {
+        true => {
+            DMat2::IDENTITY * (0.5 * (high + low)) + (matrix - DMat2::IDENTITY * mean) * (0.5 * (high - low) / apart)
+        }
+        false => DMat2::IDENTITY * high,
+    }
 }
 
 impl Crossed {
@@ -154,6 +208,19 @@ impl Crossed {
         }
     }
 
+    /// How far light of swept rays is blurred by being blended between them: second moments, square metres.
+    fn blended(&self, towards: DVec3, dense: Dense) -> DMat2 {
+        let texel_m = dvec2(self.extent_m / self.map[0], self.extent_m / self.map[1]);
+        let slope = slope(towards);
+        let texels = (slope / texel_m).abs();
+        let (start, row) = match texels.y > texels.x {
+            true => (slope / texels.y, DVec2::X * texel_m.x),
+            false => (if texels.x > 1e-9 { slope / texels.x } else { DVec2::X * texel_m.x }, DVec2::Y * texel_m.y),
+        };
+        let moments = |step: DVec2| DMat2::from_cols(step * step.x, step * step.y) * (1.0 / 6.0);
+        moments(start / f64::from(dense.starts())) + moments(row / f64::from(dense.rows))
+    }
+
     /// Width of the penumbra of the layer's top on the ground, metres.
     fn penumbra_m(&self) -> f64 {
         let cosine = self.sun[2].max(0.01);
@@ -179,7 +246,7 @@ impl Crossed {
             2.. => {
                 let texels = texel_m * SWEEP_FINE / self.blur_m();
                 let along = DVec2::from_slice(&self.sun[..2]).normalize_or(DVec2::X).abs().max_element();
-                [texels * along, (texels * self.sun[2].max(0.0) / along).max(LEAST_STARTS)]
+                [texels * along, (START_FINE * texels * self.sun[2].max(0.0) / along).max(LEAST_STARTS)]
             }
             _ if self.synthetic => [texel_m / POINT_SPACING_M; 2],
             _ => return None,
@@ -189,7 +256,7 @@ impl Crossed {
             return None;
         }
         let [rows, starts] = [rows, starts].map(|dense| dense.ceil().clamp(1.0, most) as u32);
-        let lines = starts.min(SWEEP_COLUMNS);
+        let lines = if rows > FINE_ROWS || starts < FINE_STARTS { starts.min(SWEEP_COLUMNS) } else { FEW_COLUMNS };
         let between = starts / lines + u32::from((starts % lines) * 2 >= lines);
         // Rounded up they might take more memory than is promised.
         Some(Dense { rows, lines, between: between.min(most as u32 / lines) })
@@ -236,12 +303,26 @@ impl Crossed {
             Some(_) => (groups, count),
             None => ((0..slopes.len()).collect(), slopes.len()),
         };
+        let mut ways = vec![DVec2::ZERO; slopes.len()];
+        let middles: Vec<DVec2> = (0..count)
+            .map(|group| {
+                let members: Vec<DVec2> =
+                    (0..slopes.len()).filter(|i| groups[*i] == group).map(|i| slopes[i]).collect();
+                members.iter().sum::<DVec2>() / members.len() as f64
+            })
+            .collect();
+        for (i, way) in ways.iter_mut().enumerate() {
+            *way = slopes[i] * self.base_m + (slopes[i] - middles[groups[i]]) * TURNED_AT * self.depth_m;
+        }
+        if let Some(dense) = swept {
+            draw_together(&mut ways, self.blended(sun, dense));
+        }
         let direction = |group: usize| {
             let members: Vec<usize> = (0..slopes.len()).filter(|i| groups[*i] == group).collect();
             let alone = members.len() == 1;
-            let middle = members.iter().map(|i| slopes[*i]).sum::<DVec2>() / members.len() as f64;
+            let middle = middles[group];
             let place = |i: &usize| {
-                let way_m = slopes[*i] * self.base_m + (slopes[*i] - middle) * TURNED_AT * self.depth_m;
+                let way_m = ways[*i];
                 // Brought to one tile in f64: at grazing sun it is thousands of tiles.
                 let shift_uv = [way_m.x, -way_m.y].map(|way_m| (way_m / self.extent_m).rem_euclid(1.0) as f32);
                 DiscPlace { shift_uv, cosine: towards_sun[*i].z.max(MIN_COSINE.into()) as f32, direction: group as u32 }
@@ -254,6 +335,11 @@ impl Crossed {
 }
 
 impl SunRays {
+    /// Whether part of the beam's 5-degree cone may point upwards.
+    pub(crate) fn are_low(&self) -> bool {
+        self.crossed.sun[2] < LOW_SUN
+    }
+
     /// Places on the disc.
     pub(crate) fn count(&self) -> usize {
         self.directions.iter().map(|(_, places)| places.len()).sum()

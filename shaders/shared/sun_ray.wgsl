@@ -1,8 +1,10 @@
 // Cloud along a ray towards the sun, as far as some of the beam is left. Uses the bindings frame, disc and thickness of the pass.
-@group(0) @binding(9) var bounds: texture_2d<f32>;
-@group(0) @binding(10) var repeat: sampler;
+@group(0) @binding(7) var bounds: texture_2d<f32>;
+@group(0) @binding(8) var repeat: sampler;
 
 const PATH_SEEN: bool = false;
+// What comes after these.
+const SUN_NEXT: u32 = 9u;
 
 // What is left of a beam beyond this optical depth is less than single precision holds beside 1.
 const SUN_RAY_DEPTH: f32 = 17.0;
@@ -32,4 +34,8 @@ fn height_to_sun(direction: u32, base_uv: vec2<f32>) -> f32 {
         sum += path_stretch(thickness, bounds, repeat, way, per_metre, steps, 0.0).path_m;
     }
     return sum;
+}
+
+fn light_of(place: DiscPlace, base_uv: vec2<f32>) -> DiscLight {
+    return light_after(height_to_sun(place.direction, base_uv) / place.cosine);
 }

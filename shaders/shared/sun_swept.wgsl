@@ -1,26 +1,36 @@
-// Cloud along a ray towards the sun, between those that were swept (sun_sweep). Uses the bindings frame, disc and thickness of the
+// Light along a ray towards the sun, between those that were swept (sun_sweep). Uses the bindings frame, disc and thickness of the
 // pass.
-@group(0) @binding(9) var<storage, read> swept: array<f32>;
+//
+// What the rays about a place leave is blended, not the cloud that they meet: at the edge of a cloud the mean of light is right then, however far rays are
+// apart, and it is blurred as a disc would. The disc's places lie the closer for it (src/sun_rays.rs).
+@group(0) @binding(7) var<storage, read> swept: array<f32>;
 
-// Height crossed in cloud of the layer's extinction.
-fn height_to_sun(direction: u32, base_uv: vec2<f32>) -> f32 {
-    let way = disc.ways[direction];
+// What comes after these.
+const SUN_NEXT: u32 = 8u;
+
+fn light_of(place: DiscPlace, base_uv: vec2<f32>) -> DiscLight {
+    let way = disc.ways[place.direction];
     let size = vec2<f32>(sweep_size(thickness, way));
     let uv = fract(base_uv + frame.place.offset_uv);
-    let place = select(uv, uv.yx, way.flipped == 1u) * size - vec2<f32>(0.5 * f32(disc.lines), 0.5);
+    let at = select(uv, uv.yx, way.flipped == 1u) * size - vec2<f32>(0.5 * f32(disc.lines), 0.5);
     // Lines, and starts.
-    let line = sweep_wrapped(select(place.x, size.x - 1.0 - place.x, way.backwards == 1u), size.x);
+    let line = sweep_wrapped(select(at.x, size.x - 1.0 - at.x, way.backwards == 1u), size.x);
     let along = line * f32(disc.between);
     let start = min(floor(along), size.x * f32(disc.between) - 1.0);
-    let across = place.y - way.across * line;
+    let across = at.y - way.across * line;
     let low = floor(across);
     let rows = sweep_rows(thickness);
-    let first = sweep_row(rows, direction, u32(sweep_wrapped(low, size.y))) + u32(start);
-    let second = sweep_row(rows, direction, u32(sweep_wrapped(low + 1.0, size.y))) + u32(start);
-    let here = vec2<f32>(swept[first], swept[second]);
-    let next = vec2<f32>(swept[first + 1u], swept[second + 1u]);
-    let between = mix(here, next, along - start);
-    return mix(between.x, between.y, across - low) / way.per_metre;
+    let first = sweep_number(rows, place.direction, u32(sweep_wrapped(low, size.y)), u32(start));
+    let second = sweep_number(rows, place.direction, u32(sweep_wrapped(low + 1.0, size.y)), u32(start));
+    let path_m = vec4<f32>(swept[first], swept[first + rows], swept[second], swept[second + rows]) / (way.per_metre * place.cosine);
+    let part = vec2<f32>(along - start, across - low);
+    let near = light_between(light_after(path_m.x), light_after(path_m.y), part.x);
+    let far = light_between(light_after(path_m.z), light_after(path_m.w), part.x);
+    return light_between(near, far, part.y);
+}
+
+fn light_between(one: DiscLight, other: DiscLight, part: f32) -> DiscLight {
+    return DiscLight(mix(one.with_peak, other.with_peak, part), mix(one.without, other.without, part));
 }
 
 // Brought to 0 to size. Rounded quotients may be off by one.

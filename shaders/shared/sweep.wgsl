@@ -8,10 +8,10 @@ fn sweep_size(map: texture_2d<f32>, way: DiscWay) -> vec2<i32> {
     return vec2<i32>(select(size, size.yx, way.flipped == 1u) * vec2<u32>(disc.lines, disc.fine));
 }
 
-// First of the numbers of a row. They are those of the rays that start in it, of one more, where the row is in the next tile, and one
-// to which goes what lies beyond.
-fn sweep_row(rows: u32, direction: u32, row: u32) -> u32 {
-    return (direction * rows + row) * disc.row_numbers;
+// Where the number of a start is. A row has those of the rays that start in it, of one more, where the row is in the next tile, and one
+// to which goes what lies beyond. Those of rows side by side are side by side, as invocations are.
+fn sweep_number(rows: u32, direction: u32, row: u32, start: u32) -> u32 {
+    return (direction * disc.row_numbers + start) * rows + row;
 }
 
 // Rows of each direction that are kept.

@@ -9,7 +9,7 @@ const SWEEP_DENSITY: f32 = 16.0;
 const SWEEP_SLICES: u32 = 5u;
 
 // Adds the cloud between the lines i and i + 1, over which its column goes from one to the other.
-fn sweep_add(row: u32, last: i32, i: i32, first: vec4<f32>, other: vec4<f32>, per_metre: f32) {
+fn sweep_add(row: Row, i: i32, first: vec4<f32>, other: vec4<f32>, per_metre: f32) {
     let path_m = 0.5 * (first.x + other.x);
     let least_m = path_m / SWEEP_DENSITY;
     let bases = vec2<f32>(first.z, other.z);
@@ -27,7 +27,7 @@ fn sweep_add(row: u32, last: i32, i: i32, first: vec4<f32>, other: vec4<f32>, pe
             weight *= column_growth(min(parts, vec2<f32>(1.0)));
         }
         let counts = select(i32(round(weight)), 0, k == slices);
-        sweep_ramp(row, last, starts - mix(bases, tops, parts.x) * per_metre, above - counts);
+        sweep_ramp(row, starts - mix(bases, tops, parts.x) * per_metre, above - counts);
         above = counts;
     }
 }

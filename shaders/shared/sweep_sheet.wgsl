@@ -4,12 +4,12 @@
 const SWEEP_PARTS: f32 = 65536.0;
 
 // Adds the cloud between the lines i and i + 1, over which its column goes from one to the other.
-fn sweep_add(row: u32, last: i32, i: i32, first: vec4<f32>, other: vec4<f32>, per_metre: f32) {
+fn sweep_add(row: Row, i: i32, first: vec4<f32>, other: vec4<f32>, per_metre: f32) {
     let between = i32(disc.between);
     let start = i * between;
     let seen_from = vec2<f32>(f32(start), f32(start + between)) - vec2<f32>(first.x, other.x) * per_metre;
-    sweep_ramp(row, last, seen_from, between * i32(SWEEP_PARTS));
+    sweep_ramp(row, seen_from, between * i32(SWEEP_PARTS));
     // Rays that start within it meet what remains of it, those beyond nothing.
-    sweep_count(row, last, start + 1, -i32(SWEEP_PARTS));
-    sweep_count(row, last, start + between + 1, i32(SWEEP_PARTS));
+    sweep_count(row, start + 1, -i32(SWEEP_PARTS));
+    sweep_count(row, start + between + 1, i32(SWEEP_PARTS));
 }

@@ -22,14 +22,18 @@ fn at(frame: &Frame, disc: &Disc, thickness: &Map, transmittance: &Map, swept: &
     let (mut beam, mut unscattered) = (DVec4::ZERO, DVec4::ZERO);
     for place in &disc.places[..disc.count as usize] {
         let base_uv = uv + vec2(place.shift_uv);
-        let path_m = match swept.get(place.direction as usize) {
-            Some(swept) => swept.height_m(frame, base_uv) / f64::from(place.cosine),
-            None => path_in_layer(thickness, frame, base_uv, towards(disc, place.direction)),
+        let rays = match swept.get(place.direction as usize) {
+            Some(swept) => {
+                swept.about(frame, base_uv).map(|(weight, m)| (weight, m / f64::from(place.cosine))).to_vec()
+            }
+            None => vec![(1.0, path_in_layer(thickness, frame, base_uv, towards(disc, place.direction)))],
         };
         let extinction = vec3(frame.medium.extinction).extend(frame.medium.extinction_550.into());
-        let at_550 = (-f64::from(frame.medium.beam_550) * extinction.w * path_m).exp();
-        beam += sun_through(frame, transmittance, path_m).beam.extend(at_550);
-        unscattered += (-extinction * path_m).map(f64::exp);
+        for (weight, path_m) in rays {
+            let at_550 = (-f64::from(frame.medium.beam_550) * extinction.w * path_m).exp();
+            beam += weight * sun_through(frame, transmittance, path_m).beam.extend(at_550);
+            unscattered += weight * (-extinction * path_m).map(f64::exp);
+        }
     }
     let count = f64::from(disc.total);
     let beam = beam / count;

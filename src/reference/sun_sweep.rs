@@ -88,8 +88,8 @@ impl Swept {
         map.sample_periodic(if self.flipped { [place[1], place[0]] } else { place })
     }
 
-    /// Height crossed in cloud of the layer's extinction from a place of the base: between those about it.
-    pub fn height_m(&self, frame: &Frame, base_uv: DVec2) -> f64 {
+    /// Rays about one from a place of the base: weights, and heights crossed in cloud of the layer's extinction.
+    pub fn about(&self, frame: &Frame, base_uv: DVec2) -> [(f64, f64); 4] {
         let [length, rows] = self.size.map(|size| size as f64);
         let uv = base_uv + vec2(frame.place.offset_uv);
         let uv = uv - uv.floor();
@@ -100,10 +100,16 @@ impl Swept {
         let along = line * self.between as f64;
         let start = (along.floor() as usize).min(starts - 1);
         let across = place.y - self.across * line;
-        let at = |row: f64, start: usize| self.met[row.rem_euclid(rows) as usize % self.size[1] * (starts + 1) + start];
-        let row = |row: f64| at(row, start) + (at(row, start + 1) - at(row, start)) * (along - start as f64);
-        let [low, high] = [row(across.floor()), row(across.floor() + 1.0)];
-        (low + (high - low) * (across - across.floor())) / self.per_metre
+        let at = |row: f64, start: usize| {
+            self.met[row.rem_euclid(rows) as usize % self.size[1] * (starts + 1) + start] / self.per_metre
+        };
+        let (part, low) = (along - start as f64, across.floor());
+        let beside = across - low;
+        [(low, 1.0 - beside), (low + 1.0, beside)]
+            .map(|(row, weight)| [(weight * (1.0 - part), at(row, start)), (weight * part, at(row, start + 1))])
+            .as_flattened()
+            .try_into()
+            .unwrap_or_default()
     }
 }
 

@@ -61,27 +61,25 @@ pub(crate) fn towards_sun(gpu: &Gpu, inputs: &Inputs<'_>, bands: &[View]) -> Res
             }
             for ((view, sun), sums) in bands.iter().zip(&suns).zip(&sums) {
                 let bound = gpu.uniform("view", &View { first: (number == 0).into(), ..*view });
-                let mut binds = binds![
-                    layer.frame,
-                    &bound,
-                    &uniform,
-                    &field.thickness,
-                    &tables.transmittance,
-                    &gpu.clamp,
-                    &sun.beam,
-                    &sun.unscattered,
-                    sums
-                ];
+                let mut binds =
+                    binds![layer.frame, &bound, &uniform, &field.thickness, &sun.beam, &sun.unscattered, sums];
+                let low = layer.rays.are_low();
                 let shader = match &swept {
                     Some((_, swept)) => {
                         binds.extend(binds![swept]);
-                        &shaders::GROUND_SWEPT
+                        if low { &shaders::GROUND_SWEPT_LOW } else { &shaders::GROUND_SWEPT }
                     }
                     None => {
                         binds.extend(binds![&field.bounds, &gpu.repeat]);
-                        field.shader([&shaders::GROUND_SUN, &shaders::GROUND_SUN_COLUMNS])
+                        field.shader(match low {
+                            true => [&shaders::GROUND_SUN_LOW, &shaders::GROUND_SUN_LOW_COLUMNS],
+                            false => [&shaders::GROUND_SUN, &shaders::GROUND_SUN_COLUMNS],
+                        })
                     }
                 };
+                if low {
+                    binds.extend(binds![&tables.transmittance, &gpu.clamp]);
+                }
                 steps.push(vec![Pass::new(shader, [view.size[0], view.rows], binds)]);
             }
         }

@@ -53,8 +53,7 @@ fn slabs_of_view(gpu: &Gpu, layer: &LayerInputs<'_>, view: &View) -> Option<(Pas
     let (tables, method) = (layer.tables?, layer.method?);
     let slabs = gpu.storage("slabs of a view", SLAB_FLOATS * SLABS_COUNT);
     let view_of = gpu.uniform("view", view);
-    let mut binds =
-        binds![layer.frame, &view_of, &tables.transmittance, &tables.reflectance, &gpu.clamp, &slabs];
+    let mut binds = binds![layer.frame, &view_of, &tables.transmittance, &tables.reflectance, &gpu.clamp, &slabs];
     binds.extend(method.binds(gpu, tables, view.from_above == 1));
     let size = [SLABS_ACROSS as u32, SLABS_COUNT.div_ceil(SLABS_ACROSS) as u32];
     Some((Pass::new(method.slabs_shader(), size, binds), slabs))
