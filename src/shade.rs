@@ -18,7 +18,7 @@ pub(crate) use inputs::{Inputs, LayerInputs};
 use inputs::{each, early};
 pub(crate) use method::SlabLight;
 use plane::on_plane;
-pub use plane::{SLABS_COUNT, SLABS_PER_OCTAVE};
+pub use plane::{SLABS_ACROSS, SLABS_COUNT, SLABS_PER_OCTAVE};
 pub(crate) use sky::{DeviceAir, GroundLit, OnGround, SkyCumulus, SkyInputs, SkyLayer, ground_radiance, sky_band};
 pub use sky::{SkyAir, SkyClouds};
 use std::time::Instant;

@@ -393,9 +393,17 @@ fn constants_of_the_slab_tables() {
         ("SLAB_COSINE_NODES", fluxes::MU_COUNT as f64),
         ("PHASE_COLUMNS", tables::PHASE_COLUMNS as f64),
     ];
-    for shader in [&shaders::BASE_LIGHT, &shaders::GROUND_SUN, &shaders::CLOUD_ANALYTIC] {
+    for shader in [&shaders::BASE_LIGHT, &shaders::GROUND_SUN_LOW, &shaders::CLOUD_ANALYTIC] {
         assert_constants(shader, &expected);
     }
+    let of_view = [
+        ("SLABS_PER_OCTAVE", skyloom::shade::SLABS_PER_OCTAVE as f64),
+        ("SLABS_COUNT", skyloom::shade::SLABS_COUNT as f64),
+    ];
+    for shader in [&shaders::SLABS_TABULATED, &shaders::CLOUD_UPRIGHT, &shaders::LATTICE_PARALLEL] {
+        assert_constants(shader, &of_view);
+    }
+    assert_constants(&shaders::SLABS_FORWARD, &[("SLABS_ACROSS", skyloom::shade::SLABS_ACROSS as f64)]);
 }
 
 #[test]

@@ -7,11 +7,11 @@ use crate::gpu::{Bind, Gpu, Pass, binds, shaders};
 use crate::slab::fluxes::{DEPTH_COUNT, DEPTHS_PER_OCTAVE};
 
 /// Optical depths in an octave of which a parallel view's slabs are made, and in all, over those that flux tables span.
-pub const SLABS_PER_OCTAVE: usize = 64;
+pub const SLABS_PER_OCTAVE: usize = 192;
 /// See [`SLABS_PER_OCTAVE`].
 pub const SLABS_COUNT: usize = (DEPTH_COUNT - 1) / DEPTHS_PER_OCTAVE * SLABS_PER_OCTAVE + 1;
 /// Of them in a row of invocations.
-const SLABS_ACROSS: usize = 64;
+pub const SLABS_ACROSS: usize = 64;
 /// Floats of one: three vectors of four.
 const SLAB_FLOATS: usize = 12;
 
