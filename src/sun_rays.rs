@@ -6,9 +6,12 @@
 use crate::gpu::layout::{Disc, DiscPlace, DiscWay, MIN_COSINE};
 use glam::{DMat2, DVec2, DVec3, dvec2};
 
-/// Places on the sun's disc that are looked at for one texel of its shadow, where its penumbra is seen: four for each texel that it is wide,
-/// so that the beam is within 0.01, root mean square (docs/method.md, section 5).
+/// Places on the sun's disc that are looked at for one texel of its shadow, where its penumbra is seen: so many for each texel that it is wide,
+/// so that the beam is within 0.01, root mean square (docs/method.md, section 5). Swept rays are blended, which fills what lies between places: of 1.7, 2.5 and 4
+/// a texel the last is no nearer to all of the disc.
 const PLACES: [f64; 2] = [8.0, Disc::MOST as f64];
+const FOLLOWED_PLACES: f64 = 4.0;
+const SWEPT_PLACES: f64 = 1.7;
 /// Measured on a software device: what it costs to sweep over a column, to start a ray, and to read a ray from what was swept, in lines of a ray that is
 /// followed by itself.
 const SWEEP_LINES: f64 = 2.0;
@@ -120,7 +123,7 @@ fn towards(slope: DVec2) -> DVec3 {
 
 /// Places on the disc of a sun: a spiral of equal areas (Vogel 1979), moved so that its middle and its second moments are those of the disc, a quarter of its
 /// radius squared along each axis; one is its middle. Those below the horizon give no light.
-fn places(sun: DVec3, radius: f64, count: u32) -> Vec<DVec3> {
+fn places_on(sun: DVec3, radius: f64, count: u32) -> Vec<DVec3> {
     let flat = dvec2(-sun.y, sun.x);
     let side = if flat.length() < 1e-6 { DVec3::X } else { flat.normalize().extend(0.0) };
     let on_spiral = |i: u32| {
@@ -232,14 +235,14 @@ impl Crossed {
         self.penumbra_m() * self.sun[2].max(0.01)
     }
 
-    /// Places for a penumbra: one where it is narrower than half a texel of the ground.
-    fn places(&self) -> u32 {
+    /// Places for a penumbra, so many for each texel that it is wide: one where it is narrower than half a texel of the ground.
+    fn places(&self, per_texel: f64) -> u32 {
         let texels = self.penumbra_m() * self.ground_side.unwrap_or(self.side()) / self.extent_m;
-        if texels < 0.5 { 1 } else { (4.0 * texels).clamp(PLACES[0], PLACES[1]) as u32 }
+        if texels < 0.5 { 1 } else { (per_texel * texels).clamp(PLACES[0], PLACES[1]) as u32 }
     }
 
     /// How dense rays are swept towards so many places; `None` where that would not be enough.
-    fn dense(&self, places: usize) -> Option<Dense> {
+    fn dense(&self, places: u32) -> Option<Dense> {
         let texel_m = self.extent_m / self.map[0].min(self.map[1]);
         let [rows, starts] = match places {
             // The wider the disc's blur, the less it matters how single rays are blended; along them it is wider than across. Rows run along an axis.
@@ -283,24 +286,36 @@ impl Crossed {
 
     /// The rays, swept where that is cheaper than to follow one from each texel of the ground towards each place.
     pub(crate) fn rays(&self) -> SunRays {
-        self.rays_if(true)
-    }
-
-    fn rays_if(&self, may_be_swept: bool) -> SunRays {
-        let sun = DVec3::from_array(self.sun);
-        let towards_sun = places(sun, self.radius, self.places());
-        let slopes: Vec<DVec2> = towards_sun.iter().map(|towards| slope(*towards)).collect();
-        let (groups, count) = self.grouped(&slopes);
-        let (places, row) = (slopes.len() as f64, self.side() + self.lines / self.lines_of_slope);
+        let places = self.places(SWEPT_PLACES);
         let cheaper = |dense: &Dense| {
             let texels = self.ground_side.map_or(0.0, |side| side * side);
-            let swept = dense.cost() * self.side() * row * count as f64 + SWEPT_LINES * places * texels;
-            let margin = if slopes.len() > 1 { 1.0 } else { POINT_MARGIN };
-            margin * swept < self.lines * places * texels
+            let row = self.side() + self.lines / self.lines_of_slope;
+            let (_, directions) = self.grouped(&self.slopes(places).1);
+            let swept = dense.cost() * self.side() * row * directions as f64 + SWEPT_LINES * f64::from(places) * texels;
+            let margin = if places > 1 { 1.0 } else { POINT_MARGIN };
+            margin * swept < self.lines * f64::from(self.places(FOLLOWED_PLACES)) * texels
         };
-        let swept = self.dense(slopes.len()).filter(|dense| may_be_swept && cheaper(dense));
+        self.dense(places)
+            .filter(cheaper)
+            .map_or_else(|| self.followed(), |dense| self.towards_disc(places, Some(dense)))
+    }
+
+    /// The rays, each followed by itself.
+    fn followed(&self) -> SunRays {
+        self.towards_disc(self.places(FOLLOWED_PLACES), None)
+    }
+
+    /// Directions towards so many places on the disc, and their slopes.
+    fn slopes(&self, places: u32) -> (Vec<DVec3>, Vec<DVec2>) {
+        let towards = places_on(DVec3::from_array(self.sun), self.radius, places);
+        let slopes = towards.iter().map(|towards| slope(*towards)).collect();
+        (towards, slopes)
+    }
+
+    fn towards_disc(&self, places: u32, swept: Option<Dense>) -> SunRays {
+        let (towards_sun, slopes) = self.slopes(places);
         let (groups, count) = match swept {
-            Some(_) => (groups, count),
+            Some(_) => self.grouped(&slopes),
             None => ((0..slopes.len()).collect(), slopes.len()),
         };
         let mut ways = vec![DVec2::ZERO; slopes.len()];
@@ -315,7 +330,7 @@ impl Crossed {
             *way = slopes[i] * self.base_m + (slopes[i] - middles[groups[i]]) * TURNED_AT * self.depth_m;
         }
         if let Some(dense) = swept {
-            draw_together(&mut ways, self.blended(sun, dense));
+            draw_together(&mut ways, self.blended(DVec3::from_array(self.sun), dense));
         }
         let direction = |group: usize| {
             let members: Vec<usize> = (0..slopes.len()).filter(|i| groups[*i] == group).collect();
@@ -353,7 +368,7 @@ impl SunRays {
 
     /// The same rays, each followed by itself.
     pub(crate) fn followed(&self) -> Self {
-        self.crossed.rays_if(false)
+        self.crossed.followed()
     }
 
     /// All of the rays, or those of so many directions at once.
