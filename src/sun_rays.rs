@@ -17,10 +17,10 @@ const SWEPT_PLACES: f64 = 1.7;
 const SWEEP_LINES: f64 = 2.0;
 const START_LINES: f64 = 0.6;
 pub(crate) const SWEPT_LINES: f64 = 5.0;
-/// So many swept rays are beside each other in the width that the disc blurs sideways of its rays, and 1.4 times as many one after the other in that along
+/// So many swept rays are beside each other in the width that the disc blurs sideways of its rays, and 1.2 times as many one after the other in that along
 /// them: then the beam is within 0.01 of that of rays from all over the disc, root mean square (docs/method.md, section 5).
-const SWEEP_FINE: f64 = 3.4;
-const START_FINE: f64 = 1.4;
+const SWEEP_FINE: f64 = 4.4;
+const START_FINE: f64 = 1.2;
 /// Of a low sun, whose disc blurs far along its rays, as many rays start in a texel: the beam is curved between them.
 const LEAST_STARTS: f64 = 3.0;
 /// The same where the map is so fine that one row a texel is enough.
