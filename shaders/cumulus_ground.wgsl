@@ -2,7 +2,6 @@
 // a surface which is drawn over the width of the sun's disc.
 @group(0) @binding(6) var<uniform> view: View;
 @group(0) @binding(7) var<storage, read_write> beam: array<vec4<f32>>;
-@group(0) @binding(8) var<storage, read_write> unscattered: array<vec4<f32>>;
 
 // Optical depth beyond which it is dark.
 const CUMULUS_DARK: f32 = 40.0;
@@ -24,12 +23,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     let near_m = low_m / towards.z;
     let far_m = cumulus.top_m / towards.z;
     let length_m = cumulus_length(ray, near_m, far_m, CUMULUS_DARK / cumulus.extinction.g, 2.0 * cumulus.sun_radius);
-    var with_peak = exp(-vec4<f32>(cumulus.beam * cumulus.extinction, cumulus.beam.g * cumulus.extinction.g) * length_m);
-    var without = exp(-vec4<f32>(cumulus.extinction, cumulus.extinction.g) * length_m);
-    if view.first == 0u {
-        with_peak *= beam[at];
-        without *= unscattered[at];
-    }
-    beam[at] = with_peak;
-    unscattered[at] = without;
+    let out_of_beam = select(vec3<f32>(1.0), cumulus.beam, view.peak == 1u);
+    let left = exp(-out_of_beam * cumulus.extinction * length_m);
+    beam[at] = select(beam[at], vec4<f32>(1.0), view.first == 1u) * vec4<f32>(left, left.g);
 }

@@ -2,8 +2,9 @@
 // base, which the exchange has gathered on its grid.
 @group(0) @binding(0) var<uniform> frame: Frame;
 @group(0) @binding(1) var<uniform> view: View;
-@group(0) @binding(2) var<storage, read> beam: array<vec4<f32>>;
-@group(0) @binding(3) var<storage, read> unscattered: array<vec4<f32>>;
+@group(0) @binding(2) var<storage, read> with_peak: array<vec4<f32>>;
+// What counts as the beam: with its 5-degree peak or without.
+@group(0) @binding(3) var<storage, read> beam: array<vec4<f32>>;
 @group(0) @binding(4) var gathered: texture_2d<f32>;
 @group(0) @binding(5) var repeat: sampler;
 @group(0) @binding(6) var<storage, read_write> output: array<f32>;
@@ -17,8 +18,8 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     let at = id.y * view.size.x + id.x;
     let horizontal = frame.sun.irradiance * frame.sun.cosine * frame.sun.through_air;
     let diffuse = max(sample_periodic(gathered, repeat, uv, 0u).rgb + view.added, vec3<f32>(0.0));
-    let total = horizontal * beam[at].rgb + diffuse;
-    let direct = horizontal * select(unscattered[at].rgb, beam[at].rgb, view.peak == 1u);
+    let total = horizontal * with_peak[at].rgb + diffuse;
+    let direct = horizontal * beam[at].rgb;
     var light = total;
     if view.part == 1u {
         light = direct;

@@ -2,8 +2,7 @@
 @group(0) @binding(0) var<uniform> frame: Frame;
 @group(0) @binding(1) var<uniform> view: View;
 @group(0) @binding(2) var<storage, read> beam: array<vec4<f32>>;
-@group(0) @binding(3) var<storage, read> unscattered: array<vec4<f32>>;
-@group(0) @binding(4) var<storage, read_write> output: array<f32>;
+@group(0) @binding(3) var<storage, read_write> output: array<f32>;
 
 @compute @workgroup_size(16, 16)
 fn main(@builtin(global_invocation_id) id: vec3<u32>) {
@@ -11,6 +10,5 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         return;
     }
     let at = id.y * view.size.x + id.x;
-    let light = select(unscattered[at].w, beam[at].w, view.peak == 1u);
-    output[at] = select(0.0, light, frame.sun.cosine > 0.0);
+    output[at] = select(0.0, beam[at].w, frame.sun.cosine > 0.0);
 }

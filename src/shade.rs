@@ -13,7 +13,7 @@ use crate::gpu::{Gpu, GpuError, binds, shaders};
 use crate::request::TextureKind;
 pub(crate) use cumulus::{CoarseNormals, CumulusField, CumulusInputs, CumulusLight, CumulusLit, SunDepth};
 use ground::on_the_ground;
-pub(crate) use ground::{GroundSun, SWEPT_BYTES, TowardsSun, points, towards_sun};
+pub(crate) use ground::{Beams, GroundSun, SWEPT_BYTES, TowardsSun, points, towards_sun};
 pub(crate) use inputs::{Inputs, LayerInputs};
 use inputs::{each, early};
 pub(crate) use method::SlabLight;
@@ -36,12 +36,12 @@ pub(crate) fn band_rows(size: [u32; 2], cuts: f64) -> u32 {
     ((texels / f64::from(size[0])) as u32).clamp(1, size[1])
 }
 
-/// Makes one band of a texture: `view.rows` rows from `view.first_row`. `sun` is that of the band, for textures on the ground.
+/// Makes one band of a texture: `view.rows` rows from `view.first_row`. `beams` are those of the band, for textures on the ground.
 pub(crate) fn band(
     gpu: &Gpu,
     texture: TextureKind,
     inputs: &Inputs<'_>,
-    sun: Option<&GroundSun>,
+    beams: Option<Beams<'_>>,
     view: &View,
     deadline: Option<Instant>,
 ) -> Result<Vec<f32>, GpuError> {
@@ -58,7 +58,7 @@ pub(crate) fn band(
             passes.extend(inputs.cumulus.map(|(_, cumulus)| below(cumulus)));
             passes
         }),
-        TextureKind::Shadow | TextureKind::Irradiance => on_the_ground(gpu, texture, inputs, sun, view, &output),
+        TextureKind::Shadow | TextureKind::Irradiance => on_the_ground(gpu, texture, inputs, beams, view, &output),
         TextureKind::Cloud => on_plane(gpu, inputs, view, &output),
         // The bands of one are made by `sky_band`, the other is drawn by the host.
         TextureKind::Sky | TextureKind::Compass => None,

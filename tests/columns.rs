@@ -368,7 +368,7 @@ fn passes_over_columns_are_their_twins() {
         let shadow = stages(&mut sky, &scene, "shadow", &[]);
         let (map, transmittance) = (host(&shadow.thickness), host(&shadow.tables.transmittance));
         let sun = reference::ground_sun::main(&shadow.frame, &shadow.disc, &shadow.view, &map, &transmittance);
-        let twin: Vec<f64> = reference::shadow::main(&shadow.frame, &shadow.view, &sun);
+        let twin: Vec<f64> = reference::shadow::main(&shadow.frame, &sun);
         assert!(off(&shadow.output, &twin) < close, "shadow");
         let thickness = stages(&mut sky, &scene, "thickness", &[]);
         let twin = reference::thickness::main(&thickness.frame, &thickness.view, &host(&thickness.thickness));

@@ -20,7 +20,7 @@ fn twin(stages: &Stages, swept: bool, rows: u32) -> Vec<f64> {
     let disc = if swept { &stages.disc } else { &stages.followed };
     let view = View { rows: rows.min(stages.view.rows), ..stages.view };
     let (thickness, table) = (Map::from(&stages.thickness), Map::from(&stages.tables.transmittance));
-    ground_sun::main(&stages.frame, disc, &view, &thickness, &table).iter().map(|sun| sun.unscattered.w).collect()
+    ground_sun::main(&stages.frame, disc, &view, &thickness, &table).iter().map(|sun| sun.w).collect()
 }
 
 fn errors(found: &[f32], truth: &[f64]) -> [f64; 3] {
@@ -108,7 +108,7 @@ fn below_disc(stages: &Stages, scene: &Value, rows: u32) -> Vec<f64> {
         let (thickness, table) = (Map::from(&stages.thickness), Map::from(&stages.tables.transmittance));
         let found = ground_sun::main(&stages.frame, &disc, &view, &thickness, &table);
         let weight = part.len() as f64 / towards.len() as f64;
-        sum.iter_mut().zip(found).for_each(|(sum, found)| *sum += weight * found.unscattered.w);
+        sum.iter_mut().zip(found).for_each(|(sum, found)| *sum += weight * found.w);
     }
     sum
 }

@@ -18,12 +18,12 @@ mod sky;
 mod twin;
 
 use compare::Tolerance;
-use glam::DVec2;
+use glam::{DVec2, DVec4};
 use serde_json::json;
 use sky::{Sky, pattern, water, waves};
 use skyloom::field::{Law, Noise};
 use skyloom::gpu::HostMap;
-use skyloom::gpu::layout::{Columns, Frame, Streets, Trails, Turned};
+use skyloom::gpu::layout::{Columns, Frame, Streets, Trails, Turned, View};
 use skyloom::method::{Method, Transport};
 use skyloom::reference::cloud::Shaded;
 use skyloom::reference::{self, Map};
@@ -374,21 +374,15 @@ fn check_thickness(stages: &Stages) {
     check("thickness", &stages.output, &twin, Tolerance::new(place_error(&thickness, 1.0), 4.0 * ROUND));
 }
 
-/// Tolerances of what one layer leaves of the beam, from a run of the twin on a raised map.
-fn ground_sun(stages: &Stages, thickness: &Map) -> Vec<reference::ground_sun::GroundSun> {
-    reference::ground_sun::main(
-        &stages.frame,
-        &stages.disc,
-        &stages.view,
-        thickness,
-        &map(&stages.tables.transmittance),
-    )
+/// What one layer leaves of the beam, with its peak where the view says so.
+fn ground_sun(stages: &Stages, view: &View, thickness: &Map) -> Vec<DVec4> {
+    reference::ground_sun::main(&stages.frame, &stages.disc, view, thickness, &map(&stages.tables.transmittance))
 }
 
 fn check_shadow(stages: &Stages) {
     let frame = &stages.frame;
     let thickness = map(&stages.thickness);
-    let twin = |thickness: &Map| reference::shadow::main(frame, &stages.view, &ground_sun(stages, thickness));
+    let twin = |thickness: &Map| reference::shadow::main(frame, &ground_sun(stages, &stages.view, thickness));
     let (shadow, other) = (twin(&thickness), twin(&raised(frame, &thickness, frame.sun.slant_cosine.into())));
     check_each("shadow", &stages.output, &shadow, &allowed(&shadow, &other, Tolerance::new(CANCEL, BEAM_REL)));
 }
@@ -396,8 +390,11 @@ fn check_shadow(stages: &Stages) {
 fn check_irradiance(stages: &Stages) {
     let frame = &stages.frame;
     let (thickness, gathered) = (map(&stages.thickness), map(&stages.gathered));
-    let twin =
-        |thickness: &Map| reference::irradiance::main(frame, &stages.view, &ground_sun(stages, thickness), &gathered);
+    let twin = |thickness: &Map| {
+        let [with_peak, beam] =
+            [1, stages.view.peak].map(|peak| ground_sun(stages, &View { peak, ..stages.view }, thickness));
+        reference::irradiance::main(frame, &stages.view, [&with_peak, &beam], &gathered)
+    };
     let (light, other) = (twin(&thickness), twin(&raised(frame, &thickness, frame.sun.slant_cosine.into())));
     let sun = f64::from(frame.sun.irradiance[0] * frame.sun.cosine);
     let tolerance = Tolerance::new(place_error(&gathered, 1.0) + CANCEL * sun, BEAM_REL);

@@ -1,10 +1,10 @@
 // Cloud along a ray towards the sun, as far as some of the beam is left. Uses the bindings frame, disc and thickness of the pass.
-@group(0) @binding(7) var bounds: texture_2d<f32>;
-@group(0) @binding(8) var repeat: sampler;
+@group(0) @binding(6) var bounds: texture_2d<f32>;
+@group(0) @binding(7) var repeat: sampler;
 
 const PATH_SEEN: bool = false;
 // What comes after these.
-const SUN_NEXT: u32 = 9u;
+const SUN_NEXT: u32 = 8u;
 
 // What is left of a beam beyond this optical depth is less than single precision holds beside 1.
 const SUN_RAY_DEPTH: f32 = 17.0;
@@ -21,7 +21,7 @@ fn height_to_sun(direction: u32, base_uv: vec2<f32>) -> f32 {
     let excess = path_excess(thickness, frame, slope);
     let shorter = slope / max(1.0, excess);
     let per_metre = frame.medium.extinction_550 / cosine;
-    let dark_m = SUN_RAY_DEPTH / (frame.medium.beam_550 * per_metre);
+    let dark_m = SUN_RAY_DEPTH / (out_of_beam().g * per_metre);
     let start = base_uv + frame.place.offset_uv;
     let lines = min(excess, 1.0) * f32(frame.place.max_steps);
     let pieces = clamp(floor(lines / SUN_RAY_LINES), 1.0, SUN_RAY_PIECES);
@@ -36,6 +36,6 @@ fn height_to_sun(direction: u32, base_uv: vec2<f32>) -> f32 {
     return sum;
 }
 
-fn light_of(place: DiscPlace, base_uv: vec2<f32>) -> DiscLight {
+fn light_of(place: DiscPlace, base_uv: vec2<f32>) -> vec4<f32> {
     return light_after(height_to_sun(place.direction, base_uv) / place.cosine);
 }

@@ -3,12 +3,12 @@
 //
 // What the rays about a place leave is blended, not the cloud that they meet: at the edge of a cloud the mean of light is right then, however far rays are
 // apart, and it is blurred as a disc would. The disc's places lie the closer for it (src/sun_rays.rs).
-@group(0) @binding(7) var<storage, read> swept: array<f32>;
+@group(0) @binding(6) var<storage, read> swept: array<f32>;
 
 // What comes after these.
-const SUN_NEXT: u32 = 8u;
+const SUN_NEXT: u32 = 7u;
 
-fn light_of(place: DiscPlace, base_uv: vec2<f32>) -> DiscLight {
+fn light_of(place: DiscPlace, base_uv: vec2<f32>) -> vec4<f32> {
     let way = disc.ways[place.direction];
     let size = vec2<f32>(sweep_size(thickness, way));
     let uv = fract(base_uv + frame.place.offset_uv);
@@ -24,13 +24,9 @@ fn light_of(place: DiscPlace, base_uv: vec2<f32>) -> DiscLight {
     let second = sweep_number(rows, place.direction, u32(sweep_wrapped(low + 1.0, size.y)), u32(start));
     let path_m = vec4<f32>(swept[first], swept[first + rows], swept[second], swept[second + rows]) / (way.per_metre * place.cosine);
     let part = vec2<f32>(along - start, across - low);
-    let near = light_between(light_after(path_m.x), light_after(path_m.y), part.x);
-    let far = light_between(light_after(path_m.z), light_after(path_m.w), part.x);
-    return light_between(near, far, part.y);
-}
-
-fn light_between(one: DiscLight, other: DiscLight, part: f32) -> DiscLight {
-    return DiscLight(mix(one.with_peak, other.with_peak, part), mix(one.without, other.without, part));
+    let near = mix(light_after(path_m.x), light_after(path_m.y), part.x);
+    let far = mix(light_after(path_m.z), light_after(path_m.w), part.x);
+    return mix(near, far, part.y);
 }
 
 // Brought to 0 to size. Rounded quotients may be off by one.

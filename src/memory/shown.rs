@@ -7,7 +7,7 @@ use crate::field::FieldBytes;
 use crate::job::Images;
 use crate::moment::{has_flat_rays, swept_bytes};
 use crate::plan::Plan;
-use crate::request::Request;
+use crate::request::{Component, Request};
 use crate::scene::quantity::Quantity as _;
 use crate::scene::{Layer, Scene, SunStand, direction};
 use crate::shade::{SWEPT_BYTES, band_rows};
@@ -20,9 +20,9 @@ pub(super) fn levels(tally: &mut Tally, request: &Request, maps: &[FieldBytes]) 
     }
 }
 
-/// A texel of the beam on the ground: two numbers of four floats; and of the sums of several parts of the sun's disc.
-const BEAM: u64 = 32;
-const SUMS: u64 = 32;
+/// A texel of the beam on the ground, four floats; and of the sums of several parts of the sun's disc.
+const BEAM: u64 = 16;
+const SUMS: u64 = 16;
 /// Texels whose beams are made together, and the map of the ground below a sky: its light, radiance with mip levels, albedo.
 const TOGETHER: u64 = 1 << 22;
 const GROUND: u64 = 512 * 512 * (12 + 2 * 22 + 16);
@@ -46,8 +46,8 @@ fn suns(scene: &Scene) -> Vec<[f64; 3]> {
     }
 }
 
-/// Light on the ground: the beam of many texels, and what is swept over each layer.
-fn ground(scene: &Scene, maps: &[FieldBytes], images: &Images, texels: u64, side: u32) -> u64 {
+/// Light on the ground: so many beams of many texels, and what is swept over each layer.
+fn ground(scene: &Scene, maps: &[FieldBytes], images: &Images, texels: u64, side: u32, beams: u64) -> u64 {
     let sums = if maps.len() > 1 { SUMS } else { 0 };
     let swept = |(layer, map): (&Layer, &FieldBytes)| {
         let Heights { base_m, deepest_m, least_m } = Heights::new(layer, images);
@@ -58,7 +58,7 @@ fn ground(scene: &Scene, maps: &[FieldBytes], images: &Images, texels: u64, side
         bytes.max().unwrap_or(0)
     };
     let swept: u64 = scene.layers.iter().zip(maps).map(swept).sum();
-    swept + (BEAM + sums) * texels.min(TOGETHER)
+    swept + (beams * BEAM + sums) * texels.min(TOGETHER)
 }
 
 /// The texels and their file.
@@ -81,10 +81,12 @@ pub(super) fn shown(
     let traced = plan.reference.is_some();
     if needs.ground_sun && !traced {
         let side = request.size.unwrap_or(scene.resolution());
-        passing += ground(scene, maps, images, texels, side);
+        // Diffuse light without a peak is all light without the beam, and all light has the beam with its peak.
+        let both = matches!(request.wanted.component(), Some(Component::Diffuse { peak: false }));
+        passing += ground(scene, maps, images, texels, side, if both { 2 } else { 1 });
     }
     if request.wanted.sphere().is_some() && request.texture().shows_the_scene() {
-        tally.pass("ground", ground(scene, maps, images, 512 * 512, 512));
+        tally.pass("ground", ground(scene, maps, images, 512 * 512, 512, 1));
         tally.keep("ground", GROUND);
         passing += SKY * band;
     }

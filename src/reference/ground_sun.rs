@@ -1,25 +1,34 @@
-//! The sun's beam on the ground. Twin of `shaders/ground_sun.wgsl`.
+//! The sun's beam on the ground, with its 5-degree peak or without, as the view says. Twin of `shaders/ground_sun.wgsl`.
 
 use super::frame::{image, vec2, vec3};
 use super::map::Map;
 use super::path::path_in_layer;
-use super::sun::sun_through;
+use super::sun::beam_through;
 use super::sun_sweep::Swept;
 use crate::gpu::layout::{Disc, Frame, View};
 use glam::{DVec2, DVec3, DVec4};
 
-/// What a layer leaves of the beam at a texel.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct GroundSun {
-    /// Parts left with the 5-degree peak; the fourth at 550 nm, however little comes through in all.
-    pub beam: DVec4,
-    /// Unscattered parts; the fourth at 550 nm.
-    pub unscattered: DVec4,
+/// What takes light out of the beam.
+#[derive(Clone, Copy)]
+struct Beam<'a> {
+    frame: &'a Frame,
+    transmittance: &'a Map,
+    /// Parts of extinction; the fourth at 550 nm.
+    out: DVec4,
+}
+
+impl Beam<'_> {
+    /// Parts left after so many metres of cloud; the fourth at 550 nm, however little comes through in all.
+    fn after(&self, path_m: f64) -> DVec4 {
+        let left = beam_through(self.frame, self.transmittance, self.out.truncate(), path_m);
+        left.extend((-self.out.w * f64::from(self.frame.medium.extinction_550) * path_m).exp())
+    }
 }
 
 /// What one layer leaves at a place on the ground; `swept` are rays towards the directions of the disc, where they are swept.
-fn at(frame: &Frame, disc: &Disc, thickness: &Map, transmittance: &Map, swept: &[Swept], uv: DVec2) -> GroundSun {
-    let (mut beam, mut unscattered) = (DVec4::ZERO, DVec4::ZERO);
+fn at(beam: Beam<'_>, disc: &Disc, thickness: &Map, swept: &[Swept], uv: DVec2) -> DVec4 {
+    let frame = beam.frame;
+    let mut sum = DVec4::ZERO;
     for place in &disc.places[..disc.count as usize] {
         let base_uv = uv + vec2(place.shift_uv);
         let rays = match swept.get(place.direction as usize) {
@@ -28,32 +37,22 @@ fn at(frame: &Frame, disc: &Disc, thickness: &Map, transmittance: &Map, swept: &
             }
             None => vec![(1.0, path_in_layer(thickness, frame, base_uv, towards(disc, place.direction)))],
         };
-        let extinction = vec3(frame.medium.extinction).extend(frame.medium.extinction_550.into());
-        for (weight, path_m) in rays {
-            let at_550 = (-f64::from(frame.medium.beam_550) * extinction.w * path_m).exp();
-            beam += weight * sun_through(frame, transmittance, path_m).beam.extend(at_550);
-            unscattered += weight * (-extinction * path_m).map(f64::exp);
-        }
+        sum += rays.into_iter().map(|(weight, path_m)| weight * beam.after(path_m)).sum::<DVec4>();
     }
-    let count = f64::from(disc.total);
-    let beam = beam / count;
-    GroundSun { beam, unscattered: (unscattered / count).min(beam.truncate().extend(1.0)) }
+    sum / f64::from(disc.total)
 }
 
 fn towards(disc: &Disc, direction: u32) -> DVec3 {
     vec3(disc.ways[direction as usize].towards)
 }
 
-/// What one layer leaves at each texel, row by row; `disc` is all of the sun's.
-pub fn main(frame: &Frame, disc: &Disc, view: &View, thickness: &Map, transmittance: &Map) -> Vec<GroundSun> {
+/// Parts of the beam that one layer leaves at each texel, row by row; the fourth at 550 nm, however little comes through in all. `disc` is all of the sun's.
+pub fn main(frame: &Frame, disc: &Disc, view: &View, thickness: &Map, transmittance: &Map) -> Vec<DVec4> {
+    let medium = &frame.medium;
+    let out = if view.peak == 1 { vec3(medium.beam).extend(medium.beam_550.into()) } else { DVec4::ONE };
+    let beam = Beam { frame, transmittance, out };
     let directions = if disc.fine > 0 { disc.directions } else { 0 };
     let sweep = |direction| Swept::new(frame, thickness, disc, towards(disc, direction));
     let swept: Vec<Swept> = (0..directions).map(sweep).collect();
-    let parts = image(view, |uv| {
-        let GroundSun { beam, unscattered } = at(frame, disc, thickness, transmittance, &swept, uv);
-        let (beam, unscattered) = (beam.to_array(), unscattered.to_array());
-        std::array::from_fn::<f64, 8, _>(|i| if i < 4 { beam[i] } else { unscattered[i - 4] })
-    });
-    let half = |values: &[f64]| DVec4::new(values[0], values[1], values[2], values[3]);
-    parts.chunks(8).map(|parts| GroundSun { beam: half(&parts[..4]), unscattered: half(&parts[4..]) }).collect()
+    image(view, |uv| at(beam, disc, thickness, &swept, uv).to_array()).chunks(4).map(DVec4::from_slice).collect()
 }

@@ -1,14 +1,10 @@
 //! Output: the part of the sun's beam that reaches the ground. Twin of `shaders/shadow.wgsl`.
 
-use super::ground_sun::GroundSun;
-use crate::gpu::layout::{Frame, View};
+use crate::gpu::layout::Frame;
+use glam::DVec4;
 
-/// The part, 0..1, at 550 nm, of each texel; 0 when the sun is down.
-pub fn main(frame: &Frame, view: &View, ground_sun: &[GroundSun]) -> Vec<f64> {
-    let part = |sun: &GroundSun| match (frame.sun.cosine > 0.0, view.peak) {
-        (false, _) => 0.0,
-        (true, 1) => sun.beam.w,
-        (true, _) => sun.unscattered.w,
-    };
-    ground_sun.iter().map(part).collect()
+/// The part, 0..1, at 550 nm, of each texel; 0 when the sun is down. `beam`: what is left of it there.
+pub fn main(frame: &Frame, beam: &[DVec4]) -> Vec<f64> {
+    let day = frame.sun.cosine > 0.0;
+    beam.iter().map(|beam| if day { beam.w } else { 0.0 }).collect()
 }

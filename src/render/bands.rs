@@ -6,13 +6,14 @@ use crate::gpu::Gpu;
 use crate::gpu::layout::View;
 use crate::job::{Job, RenderError, Watch};
 use crate::moment::Moment;
-use crate::shade::{self, GroundSun, TowardsSun};
+use crate::request::Component;
+use crate::shade::{self, Beams, GroundSun, TowardsSun};
 use std::sync::Arc;
 
 /// Texels of the largest textures whose beam is kept, for the next texture on the ground.
 const SHARED_TEXELS: usize = 1 << 20;
 
-/// Texels of bands whose beams are made together, of 32 bytes each.
+/// Texels of bands whose beams are made together, of 16 bytes each.
 const SWEPT_TEXELS: usize = 1 << 22;
 
 /// What the shading of all bands of a texture takes.
@@ -51,21 +52,30 @@ pub(super) fn bands(
     let together = if shared || swept { SWEPT_TEXELS / (across as usize * rows as usize) } else { 1 };
     let mut data = Vec::with_capacity(texels * kind.channels().len());
     for bands in bands.chunks(together.max(1)) {
-        let make = || ground_suns(gpu, inputs, bands, watch);
-        let suns = match needs.ground_sun {
-            true if shared => beams.get_or(BeamKey::new(job, moment, view.size), make)?,
-            true => make()?,
-            false => Arc::default(),
+        let mut suns = |peak: bool| {
+            let bands: Vec<View> = bands.iter().map(|band| View { peak: peak.into(), ..*band }).collect();
+            let make = || ground_suns(gpu, inputs, &bands, watch);
+            match needs.ground_sun {
+                true if shared => beams.get_or(BeamKey::new(job, moment, view.size, peak), make),
+                true => make(),
+                false => Ok(Arc::default()),
+            }
         };
+        let peak = view.peak == 1;
+        let beam = suns(peak)?;
+        let all_light = matches!(wanted.component(), Some(Component::Total | Component::Diffuse { .. }));
+        let with_peak = if all_light && !peak { suns(true)? } else { beam.clone() };
         for (number, band) in bands.iter().enumerate() {
             watch.look()?;
-            data.extend(shade::band(gpu, kind, inputs, suns.get(number), band, watch.deadline)?);
+            let beams = with_peak.get(number).zip(beam.get(number));
+            let beams = beams.map(|(with_peak, beam)| Beams { with_peak, beam });
+            data.extend(shade::band(gpu, kind, inputs, beams, band, watch.deadline)?);
         }
     }
     Ok(data)
 }
 
-/// What is left of the sun's beam at the texels of some bands.
+/// What is left of the sun's beam at the texels of some bands, with its peak where their views say so.
 pub(super) fn ground_suns(
     gpu: &Gpu,
     inputs: &shade::Inputs<'_>,

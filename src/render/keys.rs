@@ -103,6 +103,8 @@ pub(super) struct LightKey {
 pub(super) struct BeamKey {
     moment: MomentKey,
     size: [u32; 2],
+    /// With its 5-degree peak.
+    peak: bool,
 }
 
 /// Radiance of the ground, as a map of so many texels a side.
@@ -222,8 +224,8 @@ impl LightKey {
 }
 
 impl BeamKey {
-    pub(super) fn new(job: &Job, moment: &Moment, size: [u32; 2]) -> Self {
-        Self { moment: MomentKey::new(job, moment), size }
+    pub(super) fn new(job: &Job, moment: &Moment, size: [u32; 2], peak: bool) -> Self {
+        Self { moment: MomentKey::new(job, moment), size, peak }
     }
 }
 

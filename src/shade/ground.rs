@@ -6,17 +6,31 @@ use crate::gpu::{Gpu, GpuError, Pass, binds, shaders};
 use crate::request::TextureKind;
 use std::time::Instant;
 
-/// What the layers leave of the sun's beam at each texel of a band on the ground.
+/// What the layers leave of the sun's beam at each texel of a band on the ground, with its 5-degree peak or without.
 pub(crate) struct GroundSun {
-    /// With its 5-degree peak.
     beam: wgpu::Buffer,
-    unscattered: wgpu::Buffer,
 }
 
 impl GroundSun {
     /// Bytes on the device.
     pub(crate) fn size(&self) -> u64 {
-        self.beam.size() + self.unscattered.size()
+        self.beam.size()
+    }
+}
+
+/// The beams that light on the ground is made of.
+#[derive(Clone, Copy)]
+pub(crate) struct Beams<'a> {
+    /// With its 5-degree peak: no other light has what left it by less. What is asked for without all light does not look.
+    pub(crate) with_peak: &'a GroundSun,
+    /// What counts as the beam.
+    pub(crate) beam: &'a GroundSun,
+}
+
+impl<'a> Beams<'a> {
+    /// Where nothing but this is looked at.
+    pub(crate) fn only(beam: &'a GroundSun) -> Self {
+        Self { with_peak: beam, beam }
     }
 }
 
@@ -31,18 +45,15 @@ pub(crate) struct TowardsSun {
 /// Of the numbers of rays that are swept together, bytes: what a device must bind at least.
 pub(crate) const SWEPT_BYTES: u64 = 1 << 27;
 
-/// What is left of the sun's beam at each texel of some bands.
+/// What is left of the sun's beam at each texel of some bands, with its peak where their views say so.
 pub(crate) fn towards_sun(gpu: &Gpu, inputs: &Inputs<'_>, bands: &[View]) -> Result<TowardsSun, GpuError> {
     let early = || early("the sun's beam");
     let texels = |view: &View| view.size[0] as usize * view.rows as usize;
-    let sun = |view: &View| GroundSun {
-        beam: gpu.storage("beam", 4 * texels(view)),
-        unscattered: gpu.storage("unscattered", 4 * texels(view)),
-    };
+    let sun = |view: &View| GroundSun { beam: gpu.storage("beam", 4 * texels(view)) };
     let suns: Vec<GroundSun> = bands.iter().map(sun).collect();
     let in_parts = inputs.layers.iter().skip(1).any(|layer| disc_parts(layer).len() > 1);
     let sums: Vec<_> =
-        bands.iter().map(|view| gpu.storage("sums", 8 * if in_parts { texels(view) } else { 1 })).collect();
+        bands.iter().map(|view| gpu.storage("sums", 4 * if in_parts { texels(view) } else { 1 })).collect();
     let mut steps = Vec::new();
     for (number, layer) in inputs.layers.iter().enumerate() {
         let (field, tables) = (layer.field, layer.tables.ok_or_else(early)?);
@@ -61,8 +72,7 @@ pub(crate) fn towards_sun(gpu: &Gpu, inputs: &Inputs<'_>, bands: &[View]) -> Res
             }
             for ((view, sun), sums) in bands.iter().zip(&suns).zip(&sums) {
                 let bound = gpu.uniform("view", &View { first: (number == 0).into(), ..*view });
-                let mut binds =
-                    binds![layer.frame, &bound, &uniform, &field.thickness, &sun.beam, &sun.unscattered, sums];
+                let mut binds = binds![layer.frame, &bound, &uniform, &field.thickness, &sun.beam, sums];
                 let low = layer.rays.are_low();
                 let shader = match &swept {
                     Some((_, swept)) => {
@@ -87,8 +97,7 @@ pub(crate) fn towards_sun(gpu: &Gpu, inputs: &Inputs<'_>, bands: &[View]) -> Res
     if let Some((_, cumulus)) = inputs.cumulus {
         for (view, sun) in bands.iter().zip(&suns) {
             let view = View { first: inputs.layers.is_empty().into(), ..*view };
-            let binds = [&sun.beam, &sun.unscattered];
-            steps.push(vec![cumulus.below(gpu, &shaders::CUMULUS_GROUND, &view, &binds)]);
+            steps.push(vec![cumulus.below(gpu, &shaders::CUMULUS_GROUND, &view, &[&sun.beam])]);
         }
     }
     Ok(TowardsSun { suns, steps })
@@ -122,12 +131,14 @@ pub(crate) fn points(
     let (mut passes, mut outputs) = (Vec::new(), Vec::with_capacity(2 * places.len()));
     for place in places {
         let view = View { size: [1; 2], rows: 1, point: place.map(|part| part as f32), pointed: 1, ..*view };
-        let TowardsSun { suns, steps } = towards_sun(gpu, inputs, &[view])?;
+        let TowardsSun { suns, steps } = towards_sun(gpu, inputs, &[View { peak: 1, ..view }, view])?;
         passes.extend(steps.into_iter().flatten());
+        let [with_peak, beam] = suns.as_slice() else { return Err(early("a point")) };
         for part in [0, 1] {
             let output = gpu.storage("output", 3);
             let view = View { part, ..view };
-            let shaded = on_the_ground(gpu, TextureKind::Irradiance, inputs, suns.first(), &view, &output);
+            let beams = Some(Beams { with_peak, beam });
+            let shaded = on_the_ground(gpu, TextureKind::Irradiance, inputs, beams, &view, &output);
             passes.extend(shaded.ok_or_else(|| early("a point"))?);
             outputs.push(output);
         }
@@ -140,18 +151,18 @@ pub(super) fn on_the_ground(
     gpu: &Gpu,
     texture: TextureKind,
     inputs: &Inputs<'_>,
-    sun: Option<&GroundSun>,
+    beams: Option<Beams<'_>>,
     view: &View,
     output: &wgpu::Buffer,
 ) -> Option<Vec<Pass>> {
-    let sun = sun?;
-    let mut binds = binds![
-        inputs.layers.first().map_or(inputs.clear, |layer| layer.frame),
-        &gpu.uniform("view", view),
-        &sun.beam,
-        &sun.unscattered
-    ];
+    let Beams { with_peak, beam } = beams?;
+    let frame = inputs.layers.first().map_or(inputs.clear, |layer| layer.frame);
+    let mut binds = binds![frame, &gpu.uniform("view", view)];
     let shader = if texture == TextureKind::Shadow { &shaders::SHADOW } else { &shaders::IRRADIANCE };
+    if texture == TextureKind::Irradiance {
+        binds.extend(binds![&with_peak.beam]);
+    }
+    binds.extend(binds![&beam.beam]);
     if texture == TextureKind::Irradiance {
         binds.extend(binds![inputs.gathered?, &gpu.repeat]);
     }

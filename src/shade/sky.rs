@@ -1,7 +1,7 @@
 //! The whole sky from an eye: clouds along each ray, and what lies behind them.
 
 use super::cumulus::CumulusInputs;
-use super::ground::{GroundSun, on_the_ground};
+use super::ground::{Beams, GroundSun, on_the_ground};
 use super::inputs::{DrawnOn, Inputs, LayerInputs, cloud_binds, early, held};
 use super::tiles::{self, TILE};
 use crate::air_map::AirMap;
@@ -128,7 +128,7 @@ pub(crate) fn ground_radiance(
         OnGround::Even(light) => gpu.storage_from("irradiance", &light.map(|value| value as f32).repeat(texels)),
         OnGround::Through(inputs, sun) => {
             let output = gpu.storage("irradiance", 3 * texels);
-            let made = on_the_ground(gpu, TextureKind::Irradiance, inputs, Some(sun), view, &output);
+            let made = on_the_ground(gpu, TextureKind::Irradiance, inputs, Some(Beams::only(sun)), view, &output);
             passes.extend(made.ok_or_else(|| early("the ground"))?);
             output
         }
