@@ -13,12 +13,11 @@
 // A row of rays.
 struct Row {
     first: u32, // of its numbers
-    rows: u32,  // from one of them to the next
     last: i32,  // ray that starts in it
 }
 
 fn row_number(row: Row, at: i32) -> u32 {
-    return row.first + u32(at) * row.rows;
+    return row.first + u32(at) * SWEEP_STRIP;
 }
 
 @compute @workgroup_size(64, 1, 1)
@@ -31,8 +30,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     if i32(id.x) >= size.y {
         return;
     }
-    let rows = sweep_rows(thickness);
-    let row = Row(sweep_number(rows, id.y, id.x, 0u), rows, size.x * i32(disc.between));
+    let row = Row(sweep_number(sweep_rows(thickness), id.y, id.x, 0u), size.x * i32(disc.between));
     for (var i = 0; i < row.last + 2; i++) {
         swept[row_number(row, i)] = 0;
     }

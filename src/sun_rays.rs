@@ -32,8 +32,8 @@ const SWEEP_COLUMNS: u32 = 3;
 const FEW_COLUMNS: u32 = 2;
 const FINE_ROWS: u32 = 4;
 const FINE_STARTS: u32 = 4;
-/// Sine of the elevation below which part of the beam's 5-degree cone, and of the disc, may be below the horizon.
-const LOW_SUN: f64 = 0.1;
+/// Half the angle of the beam's cone, radians: 5 degrees.
+const BEAM_CONE: f64 = 0.087_266_5;
 /// Metres between rays towards a sun that is a point, over synthetic fields: these are smooth enough at so small a scale, and no blur hides the rest. It is
 /// worth it only where it is so many times cheaper.
 const POINT_SPACING_M: f64 = 5.0;
@@ -95,7 +95,7 @@ impl Dense {
 
     /// What is kept of the rays of one direction over a map of so many texels on its longer side.
     pub(crate) fn numbers(self, texels: usize) -> usize {
-        self.rows as usize * texels * self.row_numbers(texels)
+        (self.rows as usize * texels).next_multiple_of(Disc::STRIP as usize) * self.row_numbers(texels)
     }
 
     /// What it costs to sweep over a texel of the map, in lines of a ray that is followed by itself.
@@ -354,9 +354,9 @@ impl Crossed {
 }
 
 impl SunRays {
-    /// Whether part of the beam's 5-degree cone may point upwards.
+    /// Whether part of the beam's 5-degree cone points upwards, about some place on the disc.
     pub(crate) fn are_low(&self) -> bool {
-        self.crossed.sun[2] < LOW_SUN
+        self.crossed.sun[2] < (BEAM_CONE + self.crossed.radius).sin()
     }
 
     /// Places on the disc.

@@ -291,6 +291,14 @@ fn constants_of_cumulus() {
 }
 
 #[test]
+fn constants_of_swept_rays() {
+    for shader in [&shaders::SUN_SWEEP, &shaders::SUN_SWEEP_COLUMNS, &shaders::GROUND_SWEPT, &shaders::GROUND_SWEPT_LOW]
+    {
+        assert_constants(shader, &[("SWEEP_STRIP", Disc::STRIP.into())]);
+    }
+}
+
+#[test]
 fn every_shader_is_valid_with_and_without_filtering() {
     for shader in shaders::ALL.iter().chain(shaders::GROWING) {
         for filtering in [true, false] {

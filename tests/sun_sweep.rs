@@ -7,6 +7,7 @@ use common::sky::Sky;
 use glam::DVec3;
 use serde_json::{Value, json};
 use skyloom::gpu::layout::{Disc, DiscPlace, View};
+use skyloom::reference::slab::slab_transmittance;
 use skyloom::reference::{Map, ground_sun};
 use skyloom::render::{Stages, Watch};
 
@@ -213,4 +214,46 @@ fn the_widest_maps_are_marched() {
     let stages = stages(&mut sky, &strips(&[&wide]), &[("peak", "false"), ("size", "128")]);
     assert_eq!(stages.disc.fine, 0);
     assert!(stages.output.iter().all(|light| (0.0..=1.0).contains(light)));
+}
+
+/// Of suns higher than the beam's cone of 5 degrees and half the disc the device takes the beam as it is: it is never more than what comes through in all, but
+/// for what the table of that is rounded and interpolated by. Below, where part of the cone points upwards, it would be.
+#[test]
+fn the_beam_of_a_high_sun_is_less_than_all_that_comes_through() {
+    let mut sky = Sky::open();
+    let radius = |um: f64| json!({ "effective_radius_um": um, "number_per_cm3": 100 });
+    let droplets = [
+        radius(2.0),
+        radius(7.0),
+        radius(25.0),
+        json!({ "henyey_greenstein": 0.7, "extinction_per_m": 0.03, "albedo": 0.9 }),
+        json!({ "henyey_greenstein": 0.95, "extinction_per_m": 0.03 }),
+    ];
+    for droplets in droplets {
+        for zenith in [0.0, 40.0, 70.0, 80.0, 84.6] {
+            let scene = json!({
+                "domain": { "extent_m": 2000, "resolution": 8 },
+                "sun": { "zenith_deg": zenith, "azimuth_deg": 0, "angular_diameter_deg": 0.53 },
+                "atmosphere": { "sun": [1, 1, 1], "sky": [0, 0, 0] },
+                "layers": [{ "base_m": 500, "thickness": { "kind": "uniform", "metres": 100 }, "droplets": droplets }],
+            });
+            let stages = stages(&mut sky, &scene, &[]);
+            let (medium, cosine) = (&stages.frame.medium, f64::from(stages.frame.sun.slant_cosine));
+            let table = Map::from(&stages.tables.transmittance);
+            for step in -60..=40 {
+                // Along the vertical.
+                let depth = (f64::from(step) * 0.1).exp2();
+                let path_m = depth / f64::from(medium.extinction_550) / cosine;
+                let total = slab_transmittance(&table, depth, cosine).to_array();
+                for colour in 0..3 {
+                    let left = (-f64::from(medium.beam[colour] * medium.extinction[colour]) * path_m).exp();
+                    assert!(
+                        left < total[colour] + 2e-3,
+                        "{droplets}, sun {zenith}, depth {depth}: {left} of {}",
+                        total[colour]
+                    );
+                }
+            }
+        }
+    }
 }

@@ -22,7 +22,7 @@ fn light_of(place: DiscPlace, base_uv: vec2<f32>) -> vec4<f32> {
     let rows = sweep_rows(thickness);
     let first = sweep_number(rows, place.direction, u32(sweep_wrapped(low, size.y)), u32(start));
     let second = sweep_number(rows, place.direction, u32(sweep_wrapped(low + 1.0, size.y)), u32(start));
-    let path_m = vec4<f32>(swept[first], swept[first + rows], swept[second], swept[second + rows]) / (way.per_metre * place.cosine);
+    let path_m = vec4<f32>(swept[first], swept[first + SWEEP_STRIP], swept[second], swept[second + SWEEP_STRIP]) / (way.per_metre * place.cosine);
     let part = vec2<f32>(along - start, across - low);
     let near = mix(light_after(path_m.x), light_after(path_m.y), part.x);
     let far = mix(light_after(path_m.z), light_after(path_m.w), part.x);

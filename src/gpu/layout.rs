@@ -168,6 +168,8 @@ pub struct Disc {
 impl Disc {
     /// Places that are looked at, at most.
     pub const MOST: u32 = 32;
+    /// Rows of swept rays whose numbers are side by side in memory: a line of a cache.
+    pub const STRIP: u32 = 16;
 }
 
 /// One output texture, or a band of its rows.
