@@ -32,8 +32,8 @@ const SWEEP_COLUMNS: u32 = 3;
 const FEW_COLUMNS: u32 = 2;
 const FINE_ROWS: u32 = 4;
 const FINE_STARTS: u32 = 4;
-/// Half the angle of the beam's cone, radians: 5 degrees.
-const BEAM_CONE: f64 = 0.087_266_5;
+/// Half the angle of the cone of the beam's 5-degree peak, which ends between 4 and 6 degrees, radians.
+const BEAM_CONE: f64 = 0.104_719_755;
 /// Metres between rays towards a sun that is a point, over synthetic fields: these are smooth enough at so small a scale, and no blur hides the rest. It is
 /// worth it only where it is so many times cheaper.
 const POINT_SPACING_M: f64 = 5.0;

@@ -216,7 +216,7 @@ fn the_widest_maps_are_marched() {
     assert!(stages.output.iter().all(|light| (0.0..=1.0).contains(light)));
 }
 
-/// Of suns higher than the beam's cone of 5 degrees and half the disc the device takes the beam as it is: it is never more than what comes through in all, but
+/// Of suns higher than the beam's cone, which ends at 6 degrees, and half the disc the device takes the beam as it is: it is never more than what comes through in all, but
 /// for what the table of that is rounded and interpolated by. Below, where part of the cone points upwards, it would be.
 #[test]
 fn the_beam_of_a_high_sun_is_less_than_all_that_comes_through() {
@@ -230,7 +230,7 @@ fn the_beam_of_a_high_sun_is_less_than_all_that_comes_through() {
         json!({ "henyey_greenstein": 0.95, "extinction_per_m": 0.03 }),
     ];
     for droplets in droplets {
-        for zenith in [0.0, 40.0, 70.0, 80.0, 84.6] {
+        for zenith in [0.0, 40.0, 70.0, 80.0, 83.6] {
             let scene = json!({
                 "domain": { "extent_m": 2000, "resolution": 8 },
                 "sun": { "zenith_deg": zenith, "azimuth_deg": 0, "angular_diameter_deg": 0.53 },
