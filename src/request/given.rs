@@ -108,15 +108,15 @@ impl Given {
         if self.orders > 0 {
             let seen = matches!(texture, TextureKind::Cloud | TextureKind::Sky);
             let why = match self.method {
-                _ if !seen => Some("are those of light that is seen; allowed: 0, or the textures cloud and sky"),
-                Some(Method::Reference(_)) if self.format == Format::Exr => None,
-                Some(Method::Reference(_)) => {
-                    Some("are layers of a file, which an OpenEXR file alone has; allowed: 0, or exr")
+                _ if !seen => {
+                    Some("only light that is seen is told apart by them; allowed: 0, or the textures cloud and sky")
                 }
-                _ => Some("are told apart by Monte Carlo alone; allowed: 0, or method=reference"),
+                Some(Method::Reference(_)) if self.format == Format::Exr => None,
+                Some(Method::Reference(_)) => Some("only an OpenEXR file has layers for them; allowed: 0, or exr"),
+                _ => Some("only Monte Carlo tells them apart; allowed: 0, or method=reference"),
             };
             if let Some(why) = why {
-                return Some(("orders", format!("orders {why}")));
+                return Some(("orders", why.to_owned()));
             }
         }
         let has_alpha = texture.channels().contains(&"A");
