@@ -21,7 +21,11 @@ pub(super) struct Tile {
 /// The tiles of a band of rows of a picture of `size` texels, but those that show nothing.
 pub(super) fn tiles(sphere: &Sphere, size: [u32; 2], first_row: u32, rows: u32) -> Vec<Tile> {
     let mut tiles = Vec::new();
-    for (row, column) in (0..rows.div_ceil(TILE)).flat_map(|row| (0..size[0].div_ceil(TILE)).map(move |c| (row, c))) {
+    // Column by column: near the horizon texels cost the most, and devices that hand out workgroups in a few even parts, as software
+    // does, then have as much of it in each.
+    for (row, column) in
+        (0..size[0].div_ceil(TILE)).flat_map(|column| (0..rows.div_ceil(TILE)).map(move |r| (r, column)))
+    {
         let corner = [column * TILE, first_row + row * TILE];
         let (mut low, mut high, mut apart, mut seen) = (1.0_f64, -1.0_f64, 0.0_f64, false);
         let mut before = [None; LOOKS as usize];
