@@ -84,7 +84,7 @@ fn sunlight(ray: ViewRay) -> vec3<f32> {
     let u = remainder.decay * extended;
     let fall = remainder.extrapolation / extended * exp(-u) / slab_phi1(2.0 * u);
     var single = once;
-    if half_sin < NEAR_SUN_HALF_SIN_MAX {
+    if !SKY_PLAIN && half_sin < NEAR_SUN_HALF_SIN_MAX {
         single += near_sun_light(half_sin, 0.5 * depth * (1.0 / ray.cosine + 1.0 / frame.sun.slant_cosine));
     }
     return max(rest * fall + slab_order1_transmitted(path_l, path_v) * single, vec3<f32>(0.0));

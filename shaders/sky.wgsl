@@ -1,4 +1,5 @@
-// Output: radiance that arrives at the eye from each direction: clouds, and the sky or the ground behind them.
+// Output: radiance that arrives at the eye from each direction: clouds, and the sky or the ground behind them. Behind plain tiles there is the ground
+// alone.
 @group(0) @binding(0) var<uniform> backdrop: Backdrop;
 @group(0) @binding(1) var<uniform> view: SkyView;
 @group(0) @binding(2) var ground: texture_2d<f32>;
@@ -36,7 +37,7 @@ fn sky_backdrop(middle: vec2<f32>) -> vec3<f32> {
     let h_m = view.eye.z;
     let cone = sphere_cone(view, direction);
     let half = 0.5 * cone.rise;
-    let mixed = misses_ground(h_m, direction.z + half);
+    let mixed = !SKY_PLAIN && misses_ground(h_m, direction.z + half);
     let distance_m = sinking_distance(h_m, direction.z, 0.0);
     let far = distance_m * f32(textureDimensions(ground).x) / backdrop.extent_m;
     let along = far * cone.rise / max(-cosine_at(h_m, direction.z, distance_m, 0.0), 1e-3);
@@ -44,7 +45,7 @@ fn sky_backdrop(middle: vec2<f32>) -> vec3<f32> {
     let level = select(log2(max(far * cone.side, 1e-6)), 32.0, mixed);
     let wanted = u32(clamp(ceil(along / view.texels_per_ray), 1.0, f32(view.rays)));
     // A texel that is well above the horizon has but one.
-    let above = misses_ground(h_m, direction.z - cone.rise);
+    let above = !SKY_PLAIN && misses_ground(h_m, direction.z - cone.rise);
     let rays = select(select(wanted, max(view.rays, SKY_EDGE_RAYS), mixed), 1u, above);
     var sum = vec3<f32>(0.0);
     for (var i = 0u; i < rays; i++) {
@@ -52,7 +53,7 @@ fn sky_backdrop(middle: vec2<f32>) -> vec3<f32> {
         if rays > 1u {
             towards = scattered_direction(view, middle, direction, i);
         }
-        if misses_ground(h_m, towards.z) {
+        if !SKY_PLAIN && misses_ground(h_m, towards.z) {
             sum += air_light(air_above, clamped, towards, backdrop.sun, backdrop.horizon, false).light;
         } else {
             let way_m = ground_way(h_m, towards, sinking_distance(h_m, towards.z, 0.0));

@@ -300,7 +300,7 @@ fn constants_of_swept_rays() {
 
 #[test]
 fn every_shader_is_valid_with_and_without_filtering() {
-    for shader in shaders::ALL.iter().chain(shaders::GROWING) {
+    for shader in shaders::ALL.iter().chain(shaders::GROWING).chain(shaders::PLAIN) {
         for filtering in [true, false] {
             let module = parse(&shader.source(filtering));
             let valid = Validator::new(ValidationFlags::all(), Capabilities::empty()).validate(&module);

@@ -3,7 +3,8 @@
 // in which a ray meets them.
 //
 // A texel is a cone. Where it is wider than a texel of the thickness map, that map's coarser levels are looked at; where it is
-// longer over the ground than a few texels, several of its rays are.
+// longer over the ground than a few texels, several of its rays are. Of plain tiles (src/shade/tiles.rs) the host knows that one ray is
+// enough of each texel, and that the sun is far: SKY_PLAIN is a constant of each shader, as software devices run through all that a branch skips.
 
 alias CloudView = SkyView;
 
@@ -148,7 +149,7 @@ fn sky_texel(middle: vec2<f32>, left: Left) -> Shaded {
     var rays = u32(clamp(ceil(along / view.texels_per_ray), 1.0, f32(view.rays)));
     // Some of the texel may meet the layer where its middle does not.
     let edge = abs(direction.z - view.edge) < cone.rise;
-    rays = select(select(0u, rays, crossing.meets), view.rays, edge);
+    rays = select(select(0u, select(rays, 1u, SKY_PLAIN), crossing.meets), view.rays, edge && !SKY_PLAIN);
     // What one of many rays misses another finds.
     let steps = view.steps / sqrt(f32(max(rays, 1u)));
     var sum = vec4<f32>(0.0);
@@ -158,7 +159,7 @@ fn sky_texel(middle: vec2<f32>, left: Left) -> Shaded {
     loop {
         var towards = direction;
         var met = crossing;
-        if rays > 1u {
+        if !SKY_PLAIN && rays > 1u {
             towards = scattered_direction(view, middle, direction, i);
             met = sky_crossing(towards);
         }
@@ -172,7 +173,7 @@ fn sky_texel(middle: vec2<f32>, left: Left) -> Shaded {
         }
         continuing {
             i++;
-            break if i >= rays;
+            break if SKY_PLAIN || i >= rays;
         }
     }
     let count = max(f32(rays), 1.0);

@@ -32,20 +32,21 @@ pub(crate) struct Kernels {
     device: wgpu::Device,
     filtering: bool,
     all: HashMap<&'static str, Kernel>,
-    /// Those of [`shaders::GROWING`], compiled when the first scene wants them: few do.
-    growing: HashMap<&'static str, OnceLock<Kernel>>,
+    /// Those of [`shaders::GROWING`] and [`shaders::PLAIN`], compiled when the first scene wants them: few do.
+    special: HashMap<&'static str, OnceLock<Kernel>>,
 }
 
 impl Kernels {
     pub(super) fn new(device: &wgpu::Device, filtering: bool) -> Self {
-        let growing = shaders::GROWING.iter().map(|shader| (shader.label, OnceLock::new())).collect();
+        let special = shaders::GROWING.iter().chain(shaders::PLAIN);
+        let special = special.map(|shader| (shader.label, OnceLock::new())).collect();
         let all = shaders::ALL.iter().map(|shader| (shader.label, Kernel::new(device, filtering, shader))).collect();
-        Self { device: device.clone(), filtering, all, growing }
+        Self { device: device.clone(), filtering, all, special }
     }
 
-    /// The kernel of a shader. Every shader of [`shaders::ALL`] and [`shaders::GROWING`] has one.
+    /// The kernel of a shader. Every shader of [`shaders::ALL`], [`shaders::GROWING`] and [`shaders::PLAIN`] has one.
     pub(crate) fn get(&self, shader: &Shader) -> &Kernel {
-        match self.growing.get(shader.label) {
+        match self.special.get(shader.label) {
             Some(kernel) => kernel.get_or_init(|| Kernel::new(&self.device, self.filtering, shader)),
             None => &self.all[shader.label],
         }

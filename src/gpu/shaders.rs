@@ -10,6 +10,8 @@ pub struct Shader {
     parts: &'static [&'static str],
     /// Whether it is for columns whose extinction grows with height. Of the others it costs nothing so.
     grows: bool,
+    /// Whether it is for plain tiles of a sky alone.
+    plain: bool,
 }
 
 /// The file of a shader: that of its name, unless it shares another's.
@@ -88,6 +90,11 @@ impl Shader {
         } else {
             "const COLUMN_GROWS: bool = false;\n"
         });
+        source.push_str(if self.plain {
+            "const SKY_PLAIN: bool = true;\n"
+        } else {
+            "const SKY_PLAIN: bool = false;\n"
+        });
         source.push_str(if filtering { FILTERED } else { LOADED });
         source
     }
@@ -95,6 +102,11 @@ impl Shader {
     /// The same for columns whose extinction grows with height.
     pub(crate) fn growing(&'static self) -> &'static Self {
         ALL.iter().zip(GROWING).find(|(shader, _)| shader.label == self.label).map_or(self, |(_, growing)| growing)
+    }
+
+    /// The same for plain tiles of a sky: those of which one ray a texel is enough and far from the sun, or the ground all that is behind.
+    pub(crate) fn plain(&self) -> Option<&'static Self> {
+        PLAIN.iter().find(|plain| plain.label.strip_suffix("_plain") == Some(self.label))
     }
 }
 
@@ -107,12 +119,18 @@ macro_rules! shaders {
                 workgroup: $workgroup,
                 parts: &[FRAME, $($part,)* wgsl!(file_of!($name $(, $file)?))],
                 grows: false,
+                plain: false,
             };
         )+
         /// Every shader.
         pub const ALL: &[Shader] = &[$($id),+];
         /// Each of them for columns whose extinction grows with height.
         pub const GROWING: &[Shader] = &[$(Shader { label: concat!($name, "_growing"), grows: true, ..$id }),+];
+        /// Each of both for plain tiles of a sky.
+        pub const PLAIN: &[Shader] = &[
+            $(Shader { label: concat!($name, "_plain"), plain: true, ..$id },)+
+            $(Shader { label: concat!($name, "_growing_plain"), grows: true, plain: true, ..$id }),+
+        ];
     };
 }
 

@@ -175,7 +175,9 @@ pub(crate) fn sky_band(
             }
         };
         let Some(before) = &layer.before[usize::from(rising)] else { continue };
-        let shown = tiles::names(&tiles, |up| tiles::meets(up, eye_m, layer.base_m, layer.top_m, rising));
+        let look = look(inputs, layer, view, rising);
+        let meets = |up: &_| tiles::meets(up, eye_m, layer.base_m, layer.top_m, rising);
+        let shown = tiles::parted(&tiles, meets, |tile| look.is_plain(tile));
         let edge = -tiles::dip(eye_m, if rising { 0.0 } else { layer.top_m }) as f32;
         let horizon = before.horizon as f32;
         let view = SkyView { rising: rising.into(), edge, horizon, together: together.into(), ..*view };
@@ -186,12 +188,14 @@ pub(crate) fn sky_band(
         let hidden = |other: &SkyLayer<'_>| other.base_m < layer.base_m && other.top_m > eye_m;
         let first = rising && !inputs.layers.iter().any(hidden);
         let drawn_on = DrawnOn { texels: &clouds, behind: light.beyond(!rising), held: &held, first };
-        let pass = cloud_pass(gpu, layer, before, &gpu.uniform("view", &view), rising, &shown, &drawn_on);
+        let pass = cloud_passes(gpu, layer, before, &gpu.uniform("view", &view), rising, &shown, &drawn_on);
         passes.extend(pass.ok_or_else(|| early("sky"))?);
     }
     let (backdrop, bound) = (gpu.uniform("backdrop", &inputs.backdrop), gpu.uniform("view", view));
-    let below = tiles::names(&tiles, |up| tiles::meets_ground(up, eye_m));
-    passes.extend(over(gpu, &shaders::SKY, &below, |tiles| {
+    let rise = tiles::most_rise(inputs.sphere, view);
+    let meets = |up: &_| tiles::meets_ground(up, eye_m);
+    let below = tiles::parted(&tiles, meets, |tile| tiles::shows_ground(tile, eye_m, rise));
+    passes.extend(over_parts(gpu, &shaders::SKY, &below, |tiles| {
         let mut binds = binds![&backdrop, &bound, &inputs.ground.radiance, &gpu.trilinear];
         binds.extend(binds![&inputs.air[0].map, &inputs.air[1].map, &gpu.clamp, &clouds, tiles, &output]);
         binds.extend(binds![&inputs.air[0].bound_colours]);
@@ -276,21 +280,47 @@ fn over(
     (!tiles.is_empty()).then(|| Pass::new(shader, size, binds(&gpu.storage_from("tiles", tiles))))
 }
 
-fn cloud_pass(
+/// The passes over tiles that are plain, and over others.
+fn over_parts(
+    gpu: &Gpu,
+    shader: &'static Shader,
+    [plain, others]: &[Vec<u32>; 2],
+    binds: impl Fn(&wgpu::Buffer) -> Vec<Bind>,
+) -> Vec<Pass> {
+    let plain = over(gpu, shader.plain().unwrap_or(shader), plain, &binds);
+    plain.into_iter().chain(over(gpu, shader, others, &binds)).collect()
+}
+
+fn look(inputs: &SkyInputs<'_>, layer: &SkyLayer<'_>, view: &SkyView, rising: bool) -> tiles::Look {
+    let map = &layer.levels.map;
+    tiles::Look {
+        eye_m: inputs.sphere.eye[2],
+        base_m: layer.base_m,
+        top_m: layer.top_m,
+        rising,
+        per_metre: f64::from(map.width.max(map.height)) / f64::from(inputs.backdrop.extent_m),
+        texels_per_ray: view.texels_per_ray.into(),
+        rise: tiles::most_rise(inputs.sphere, view),
+        sun: inputs.backdrop.sun.map(f64::from).into(),
+    }
+}
+
+fn cloud_passes(
     gpu: &Gpu,
     layer: &SkyLayer<'_>,
     air: &DeviceAir,
     view: &wgpu::Buffer,
     rising: bool,
-    tiles: &[u32],
+    tiles: &[Vec<u32>; 2],
     drawn_on: &DrawnOn<'_>,
-) -> Option<Option<Pass>> {
+) -> Option<Vec<Pass>> {
     let (tables, method) = (layer.inputs.tables?, layer.inputs.method?);
     let shape = binds![&layer.levels.map, &gpu.trilinear];
-    let mut shared = cloud_binds(gpu, &layer.inputs, view, shape, !rising, drawn_on)?;
+    let shared = cloud_binds(gpu, &layer.inputs, view, shape, !rising, drawn_on)?;
     let (field, lattice) = (layer.inputs.field, layer.inputs.light.and_then(|light| light.lattice.as_ref()));
     let shader = lattice.map_or_else(|| method.sky_shader(field), |_| method.sky_lattice_shader(field));
-    Some(over(gpu, shader, tiles, |tiles| {
+    Some(over_parts(gpu, shader, tiles, |tiles| {
+        let mut shared = shared.clone();
         shared.extend(binds![tiles, &air.map, &air.bound_colours]);
         shared.extend(method.binds(gpu, tables, !rising));
         shared.extend(lattice.map(|lattice| lattice.binds(gpu)).into_iter().flatten());
