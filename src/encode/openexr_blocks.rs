@@ -79,15 +79,27 @@ impl Packer {
             for channel in channels {
                 let start = row * width * channel.step;
                 let texels = channel.data.get(start..start + width * channel.step).unwrap_or_default();
-                self.line.clear();
-                self.line.extend(texels.iter().skip(channel.place).step_by(channel.step));
+                // As many steps as textures have channels are known here, so that many texels are taken at once.
+                match channel.step {
+                    1 => every::<1>(texels, channel.place, &mut self.line),
+                    3 => every::<3>(texels, channel.place, &mut self.line),
+                    _ => every::<4>(texels, channel.place, &mut self.line),
+                }
                 match depth {
                     Depth::Half => {
                         self.halves.resize(width, f16::ZERO);
                         self.halves.convert_from_f32_slice(&self.line);
-                        samples.extend(self.halves.iter().flat_map(|value| value.to_le_bytes()));
+                        let start = samples.len();
+                        samples.resize(start + 2 * width, 0);
+                        let (places, _) = samples[start..].as_chunks_mut::<2>();
+                        places.iter_mut().zip(&self.halves).for_each(|(to, value)| *to = value.to_le_bytes());
                     }
-                    Depth::Float => samples.extend(self.line.iter().flat_map(|value| value.to_le_bytes())),
+                    Depth::Float => {
+                        let start = samples.len();
+                        samples.resize(start + 4 * width, 0);
+                        let (places, _) = samples[start..].as_chunks_mut::<4>();
+                        places.iter_mut().zip(&self.line).for_each(|(to, value)| *to = value.to_le_bytes());
+                    }
                 }
             }
         }
@@ -95,17 +107,26 @@ impl Packer {
     }
 }
 
+/// Every `STEP`th value from a place on.
+fn every<const STEP: usize>(texels: &[f32], place: usize, line: &mut Vec<f32>) {
+    line.clear();
+    line.extend(texels.as_chunks::<STEP>().0.iter().map(|texel| texel[place]));
+}
+
 /// Differences from byte to byte, 128 for none, of the bytes of even places and then those of odd ones. The samples' bytes are
 /// even in number.
 fn differences(samples: &[u8], differences: &mut Vec<u8>) {
-    let [even, odd] = [0, 1].map(|place| samples.iter().skip(place).step_by(2).copied());
-    differences.clear();
-    differences.extend(even.chain(odd));
-    // From the last on: each needs the byte before it as it was. The first stays as it is.
-    let mut later = differences.as_mut_slice();
-    while let [before @ .., last] = later {
-        let Some(previous) = before.last() else { break };
-        *last = last.wrapping_sub(*previous).wrapping_add(128);
-        later = before;
+    let (pairs, _) = samples.as_chunks::<2>();
+    let ([first, ..], [.., last]) = (pairs, pairs) else { return differences.clear() };
+    differences.resize(samples.len(), 0);
+    let (even, odd) = differences.split_at_mut(pairs.len());
+    // The first byte stays as it is, and the last of even places is before the first of odd ones.
+    let difference = |byte: u8, before: u8| byte.wrapping_sub(before).wrapping_add(128);
+    (even[0], odd[0]) = (first[0], difference(first[1], last[0]));
+    // All from the samples and none from another difference, so that many are made at once.
+    let following = pairs.iter().zip(pairs.iter().skip(1));
+    for (((before, pair), even), odd) in following.zip(even.iter_mut().skip(1)).zip(odd.iter_mut().skip(1)) {
+        *even = difference(pair[0], before[0]);
+        *odd = difference(pair[1], before[1]);
     }
 }

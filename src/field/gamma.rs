@@ -46,21 +46,27 @@ impl GammaLaw {
         if coverage <= 0.0 || mean_m <= 0.0 {
             return law;
         }
-        let depths: Vec<f64> = (0..RANKS).map(|i| law.quantiles.at((i as f64 + 0.5) / RANKS as f64)).collect();
+        // Depths, and the powers of them that thicknesses go with: the search below looks at each forty times.
+        let depths: Vec<[f64; 2]> = (0..RANKS)
+            .map(|i| law.quantiles.at((i as f64 + 0.5) / RANKS as f64))
+            .map(|depth| [depth, depth.powf(POWER)])
+            .collect();
         // Means are those of the columns that count as cloudy.
         let cloudy_m = CLOUDY_M.min(0.1 * mean_m);
-        let mean = |law: &Self, value: &dyn Fn(f64) -> f64| {
-            let counted = depths.iter().filter(|depth| law.thickness_of(**depth) > cloudy_m);
-            let (count, sum) = counted.fold((0.0, 0.0), |(count, sum), depth| (count + 1.0, sum + value(*depth)));
+        let mean = |law: &Self, value: fn(f64, f64) -> f64| {
+            let columns = depths.iter().map(|[depth, power]| (*depth, law.clipped(law.thickness_m * power)));
+            let (count, sum) = columns
+                .filter(|(_, thickness_m)| *thickness_m > cloudy_m)
+                .fold((0.0, 0.0), |(count, sum), (depth, metres)| (count + 1.0, sum + value(depth, metres)));
             if count > 0.0 { (count, sum / count) } else { (0.0, 0.0) }
         };
         let (mut low, mut high) = (1e-3 * mean_m, 1e3 * mean_m);
         for _ in 0..HALVINGS {
             law.thickness_m = (low * high).sqrt();
-            let found = mean(&law, &|depth| law.thickness_of(depth)).1;
+            let found = mean(&law, |_, thickness_m| thickness_m).1;
             if found < mean_m { low = law.thickness_m } else { high = law.thickness_m }
         }
-        let (counted, depth) = mean(&law, &|depth| depth);
+        let (counted, depth) = mean(&law, |depth, _| depth);
         law.path_m = mean_m / depth.max(f64::MIN_POSITIVE);
         law.cloudy = (coverage * RANKS as f64 / counted.max(1.0)).min(1.0);
         law
@@ -75,8 +81,13 @@ impl GammaLaw {
     }
 
     fn thickness_of(&self, depth: f64) -> f64 {
-        let free_m = self.thickness_m * depth.powf(POWER);
-        free_m / (1.0 + (free_m / (CLIP_MEANS * self.mean_m)).powi(4)).powf(0.25)
+        self.clipped(self.thickness_m * depth.powf(POWER))
+    }
+
+    /// A thickness after the soft clip, m.
+    fn clipped(&self, free_m: f64) -> f64 {
+        let ratio = free_m / (CLIP_MEANS * self.mean_m);
+        free_m / (1.0 + (ratio * ratio) * (ratio * ratio)).sqrt().sqrt()
     }
 
     /// Height of a base above that of the thickest cloud, m.
@@ -152,15 +163,19 @@ impl Quantiles {
         // x = most t^power makes the density smooth at 0, whatever the shape.
         let power = (3.0 / shape).max(1.0);
         let value = |t: f64| most * t.powf(power);
-        let weight = |t: f64| (-value(t) + (shape * power - 1.0) * t.ln()).exp();
+        let weight = |t: f64| {
+            let log = t.ln();
+            (-most * (power * log).exp() + (shape * power - 1.0) * log).exp()
+        };
         // The largest is far from 1 for large shapes, but a quotient is all that is needed.
         let mut below = vec![0.0];
-        let mut sum = 0.0;
+        let (mut sum, mut first) = (0.0, 0.0);
         for i in 0..CELLS {
             let [a, b] = [i, i + 1].map(|end| end as f64 / CELLS as f64);
-            let first = if i == 0 { 0.0 } else { weight(a) };
-            sum += (first + 4.0 * weight(0.5 * (a + b)) + weight(b)) / 6.0;
+            let last = weight(b);
+            sum += (first + 4.0 * weight(0.5 * (a + b)) + last) / 6.0;
             below.push(sum);
+            first = last;
         }
         for part in &mut below {
             *part /= sum;

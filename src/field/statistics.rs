@@ -7,7 +7,7 @@ use super::synthetic;
 use super::transfer::{Distribution, calibrate};
 use crate::image::{Image, MissingImage};
 use crate::scene::quantity::Quantity as _;
-use crate::scene::{DepthLaw, Layer, Shape, Thickness};
+use crate::scene::{DepthLaw, Layer, Thickness};
 use std::collections::HashMap;
 use std::sync::Arc;
 
@@ -51,26 +51,15 @@ pub fn profile(
         let paths_m: Vec<f32> = map.paths_m().collect();
         return Ok(Profile { base_m, own_thickness_m: Some(top_m - base_m), columns: of_metres(&paths_m) });
     }
-    let columns = match &shape.thickness {
+    let (columns, lift_m) = match &shape.thickness {
         Some(thickness) => columns(thickness, images)?,
-        None => Vec::new(),
+        None => (Vec::new(), 0.0),
     };
     let base_m = match (shape.flat_base_m(), shape.hangs_from_m()) {
-        (Some(base_m), _) => base_m + lift_m(shape),
+        (Some(base_m), _) => base_m + lift_m,
         (None, top_m) => top_m.unwrap_or(0.0) - mean_m(&columns),
     };
     Ok(Profile { base_m, own_thickness_m: None, columns })
-}
-
-/// Mean height of the cloudy columns' bases above the lowest one, m, where cloud stands.
-fn lift_m(shape: &Shape) -> f64 {
-    match &shape.thickness {
-        Some(Thickness::Stratocumulus(wanted)) => match wanted.law {
-            DepthLaw::Lognormal => 0.0,
-            DepthLaw::Gamma(spread) => GammaLaw::new(wanted, spread.get()).mean_lift_m(),
-        },
-        _ => 0.0,
-    }
 }
 
 /// Mean thickness of the cloudy columns, m.
@@ -81,9 +70,10 @@ pub(crate) fn mean_m(columns: &[Column]) -> f64 {
 }
 
 /// The columns of a layer by its thickness; their parts add up to 1. A synthetic field is taken as its distribution is meant: that of any one
-/// field of finite size differs a little. `images` are those that the scene names.
-fn columns(thickness: &Thickness, images: &HashMap<String, Arc<Image>>) -> Result<Vec<Column>, MissingImage> {
-    Ok(match thickness {
+/// field of finite size differs a little. And the mean height of the cloudy columns' bases above the lowest one, m, where cloud stands.
+/// `images` are those that the scene names.
+fn columns(thickness: &Thickness, images: &HashMap<String, Arc<Image>>) -> Result<(Vec<Column>, f64), MissingImage> {
+    let columns = match thickness {
         Thickness::Uniform(metres) => vec![Column { part: 1.0, thickness_m: metres.get() }],
         Thickness::Stratocumulus(wanted) => match wanted.law {
             DepthLaw::Lognormal => {
@@ -94,14 +84,15 @@ fn columns(thickness: &Thickness, images: &HashMap<String, Arc<Image>>) -> Resul
             }
             DepthLaw::Gamma(spread) => {
                 let law = GammaLaw::new(wanted, spread.get());
-                grouped(&Distribution::ranks(), |rank| law.path(rank))
+                return Ok((grouped(&Distribution::ranks(), |rank| law.path(rank)), law.mean_lift_m()));
             }
         },
         Thickness::Map { image: name, scale_m, fill } => {
             let image = images.get(&name.0).ok_or_else(|| MissingImage(name.0.clone()))?;
             of_metres(&metres(image, scale_m.get(), *fill))
         }
-    })
+    };
+    Ok((columns, 0.0))
 }
 
 fn of_metres(metres: &[f32]) -> Vec<Column> {
