@@ -10,8 +10,6 @@
 @group(0) @binding(6) var clamped: sampler;
 @group(0) @binding(7) var beam_out: texture_storage_2d<rgba32float, write>;
 
-const PATH_SEEN: bool = false;
-
 @compute @workgroup_size(16, 16)
 fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     if id.x >= frame.maps.texels || id.y >= frame.maps.texels {
@@ -25,7 +23,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         let uv = sunlight_sample(frame, id.xy, i);
         var path_m = sample_periodic(thickness, repeat, uv + frame.place.offset_uv, 0u).x / frame.sun.slant_cosine;
         if frame.maps.columns != 1u {
-            path_m = path_in_layer(thickness, bounds, repeat, frame, uv, frame.sun.towards);
+            path_m = path_across(thickness, bounds, frame, uv, frame.sun.towards, 0.0);
         }
         beam += sun_through(path_m).beam;
         sum_m += path_m;

@@ -22,8 +22,6 @@
 // Light spreads in clouds deeper than a third of a transport length (measured against Monte Carlo in three dimensions).
 const SPREADING: f32 = 3.0;
 
-const PATH_SEEN: bool = false;
-
 @compute @workgroup_size(16, 16)
 fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     if id.x >= frame.maps.texels || id.y >= frame.maps.texels {
@@ -46,7 +44,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         let column_m = height_m / frame.sun.slant_cosine;
         var path_m = column_m;
         if frame.maps.columns != 1u {
-            path_m = path_in_layer(thickness, bounds, repeat, frame, uv, frame.sun.towards);
+            path_m = path_across(thickness, bounds, frame, uv, frame.sun.towards, 0.0);
         }
         let along = sun_through(path_m);
         let goes_on = going_on(along);

@@ -24,8 +24,6 @@
 const LEAST_REFLECTED: f32 = 1e-4;
 const MOST_ENTERING: f32 = 8.0;
 
-const PATH_SEEN: bool = false;
-
 @compute @workgroup_size(16, 16)
 fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     if id.x >= frame.maps.texels || id.y >= frame.maps.texels {
@@ -42,7 +40,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         let uv = sunlight_sample(frame, id.xy, i);
         let place = uv + frame.place.offset_uv;
         let height_m = sample_periodic(thickness, repeat, place, 0u).x;
-        let path_m = path_in_layer(thickness, bounds, repeat, frame, uv, frame.sun.towards);
+        let path_m = path_across(thickness, bounds, frame, uv, frame.sun.towards, 0.0);
         let through = sun_through(path_m);
         let goes_on = select(through.forward, through.beam, frame.place.lowest == 1u);
         let depth = frame.medium.extinction_550 * path_m * frame.sun.slant_cosine;

@@ -11,8 +11,6 @@
 // A face at grazing sun gets up to 1 / cosine: bounded, so that no single texel outshines the map.
 const MOST: f32 = 30.0;
 
-const PATH_SEEN: bool = false;
-
 @compute @workgroup_size(16, 16)
 fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     if id.x >= frame.maps.texels || id.y >= frame.maps.texels {
@@ -36,7 +34,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
             let facing = 1.0 - dot(slope, frame.sun.towards.xy) / frame.sun.slant_cosine;
             var seen = 1.0;
             if frame.maps.columns == 0u && facing > 0.0 {
-                let path_m = path_from(thickness, bounds, repeat, frame, uv, frame.sun.towards, height_m);
+                let path_m = path_across(thickness, bounds, frame, uv, frame.sun.towards, height_m);
                 seen = exp(-frame.medium.beam_550 * frame.medium.extinction_550 * path_m);
             }
             sum += seen * clamp(facing, 0.0, MOST);

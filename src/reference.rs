@@ -51,6 +51,7 @@ pub mod march;
 pub mod monte_carlo;
 pub mod noise;
 pub mod path;
+pub mod path_across;
 pub mod path_columns;
 pub mod path_sampled;
 pub mod path_seen;

@@ -3,7 +3,7 @@
 use super::base_light::{SAMPLES, samples};
 use super::frame::{texel_centre, vec2, vec3};
 use super::map::Map;
-use super::path::path_in_layer;
+use super::path_across::path_across;
 use super::sun::sun_through;
 use crate::gpu::layout::{Frame, Medium};
 use glam::DVec4;
@@ -22,7 +22,7 @@ pub fn main(frame: &Frame, thickness: &Map, transmittance: &Map, above: &Map) ->
                     let height_m = thickness.sample_periodic((uv + vec2(frame.place.offset_uv)).to_array())[0];
                     height_m / f64::from(frame.sun.slant_cosine)
                 }
-                _ => path_in_layer(thickness, frame, uv, vec3(frame.sun.towards)),
+                _ => path_across(thickness, frame, uv, vec3(frame.sun.towards), 0.0),
             };
             sun_through(frame, transmittance, path_m).beam.extend(depth_per_m * path_m)
         });

@@ -2,7 +2,7 @@
 
 use super::frame::{LEAST_LIT, texel_centre, vec2, vec3};
 use super::map::{Map, rgb};
-use super::path::path_in_layer;
+use super::path_across::path_across;
 use super::slab::slab_reflectance;
 use super::sun::{SunThrough, sun_through};
 use crate::gpu::layout::Frame;
@@ -74,7 +74,7 @@ pub fn main(frame: &Frame, maps: &Maps<'_>) -> BaseLight {
             entering_sum += entering;
             let path_m = match frame.maps.columns {
                 1 => column_m,
-                _ => path_in_layer(maps.thickness, frame, uv, vec3(frame.sun.towards)),
+                _ => path_across(maps.thickness, frame, uv, vec3(frame.sun.towards), 0.0),
             };
             let reflectance = |path_m: f64| slab_reflectance(maps.reflectance, extinction * path_m * cosine, cosine);
             let through = |path_m: f64| sun_through(frame, maps.transmittance, path_m);

@@ -3,7 +3,7 @@
 use super::base_light::{BaseLight, SAMPLES, samples};
 use super::frame::{LEAST_LIT, exp, texel_centre, vec2, vec3};
 use super::map::{Map, rgb};
-use super::path::path_in_layer;
+use super::path_across::path_across;
 use super::slab::slab_reflectance;
 use super::sun::sun_through;
 use crate::gpu::layout::{Frame, LatticeLight};
@@ -51,7 +51,7 @@ pub fn main(frame: &Frame, lattice: &LatticeLight, maps: &Maps<'_>) -> BaseLight
         for uv in samples(frame, x, y) {
             let place = (uv + vec2(frame.place.offset_uv)).to_array();
             let height_m = maps.thickness.sample_periodic(place)[0];
-            let path_m = path_in_layer(maps.thickness, frame, uv, vec3(frame.sun.towards));
+            let path_m = path_across(maps.thickness, frame, uv, vec3(frame.sun.towards), 0.0);
             let through = sun_through(frame, maps.transmittance, path_m);
             let goes_on = if frame.place.lowest == 1 { through.beam } else { through.forward };
             let direct = exp(-vec3(lattice.kept) * vec3(frame.medium.extinction) * path_m);

@@ -4,7 +4,7 @@ use super::base_light::{SAMPLES, samples};
 use super::columns::column_top;
 use super::frame::{vec2, vec3};
 use super::map::Map;
-use super::path::path_from;
+use super::path_across::path_across;
 use crate::gpu::layout::Frame;
 use glam::{DVec2, dvec2};
 
@@ -39,7 +39,7 @@ pub fn main(frame: &Frame, thickness: &Map) -> Map {
         if frame.maps.columns == 2 {
             return facing.min(MOST);
         }
-        let path_m = path_from(thickness, frame, uv, sun, height_m);
+        let path_m = path_across(thickness, frame, uv, sun, height_m);
         (-f64::from(frame.medium.beam_550) * f64::from(frame.medium.extinction_550) * path_m).exp() * facing.min(MOST)
     };
     let mean = |x, y| samples(frame, x, y).map(sample).iter().sum::<f64>() / SAMPLES as f64;
