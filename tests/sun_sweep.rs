@@ -217,7 +217,7 @@ fn the_widest_maps_are_marched() {
 }
 
 /// Of suns higher than the beam's cone, which ends at 6 degrees, and half the disc the device takes the beam as it is: it is never more than what comes through in all, but
-/// for what the table of that is rounded and interpolated by. Below, where part of the cone points upwards, it would be.
+/// for what the table of that is rounded and interpolated by. Below, part of the cone points upwards, and the device compares.
 #[test]
 fn the_beam_of_a_high_sun_is_less_than_all_that_comes_through() {
     let mut sky = Sky::open();

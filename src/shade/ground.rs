@@ -131,9 +131,11 @@ pub(crate) fn points(
     let (mut passes, mut outputs) = (Vec::new(), Vec::with_capacity(2 * places.len()));
     for place in places {
         let view = View { size: [1; 2], rows: 1, point: place.map(|part| part as f32), pointed: 1, ..*view };
-        let TowardsSun { suns, steps } = towards_sun(gpu, inputs, &[View { peak: 1, ..view }, view])?;
+        // One where the beam has its peak.
+        let views = [View { peak: 1, ..view }, view];
+        let TowardsSun { suns, steps } = towards_sun(gpu, inputs, if view.peak == 1 { &views[1..] } else { &views })?;
         passes.extend(steps.into_iter().flatten());
-        let [with_peak, beam] = suns.as_slice() else { return Err(early("a point")) };
+        let (Some(with_peak), Some(beam)) = (suns.first(), suns.last()) else { return Err(early("a point")) };
         for part in [0, 1] {
             let output = gpu.storage("output", 3);
             let view = View { part, ..view };
