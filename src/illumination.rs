@@ -59,7 +59,7 @@ impl Illumination {
         };
         let AirLight { beam, sky, below, cover } = light;
         let beam = beam.map(|value| day * value);
-        Self { towards_sun, beam, sky, sun_diameter, nearness, air_below: below, cover: cover.map(Arc::new) }
+        Self { towards_sun, beam, sky, sun_diameter, nearness, air_below: below, cover }
     }
 
     /// The place that a scene's sun stands over, and when it is so long after the scene's start; `None` for a sun that stands in
@@ -155,7 +155,7 @@ struct AirLight {
     beam: [f64; 3],
     sky: [f64; 3],
     below: AirBelow,
-    cover: Option<CoverMoment>,
+    cover: Option<Arc<CoverMoment>>,
 }
 
 impl AirLight {
@@ -177,7 +177,7 @@ impl AirLight {
             let (sky, straight) = (waves.each_ref().map(sky), waves.each_ref().map(straight));
             return Self { beam: colour(straight), sky: colour(sky), below: AirBelow::NONE, cover: None };
         };
-        let cover = CoverMoment::new(covered, sun_cosine);
+        let cover = covered.moment(sun_cosine);
         Self {
             beam: beam(&covered.waves, covered.covers[0].top_m()),
             sky: colour(cover.with.each_ref().map(|light| light.top.down / PI)),

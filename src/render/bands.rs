@@ -10,11 +10,8 @@ use crate::request::Component;
 use crate::shade::{self, Beams, GroundSun, TowardsSun};
 use std::sync::Arc;
 
-/// Texels of the largest textures whose beam is kept, for the next texture on the ground.
-const SHARED_TEXELS: usize = 1 << 20;
-
-/// Texels of bands whose beams are made together, of 16 bytes each.
-const SWEPT_TEXELS: usize = 1 << 22;
+/// Texels of bands whose beams are made together, of 16 bytes each, and kept for the next texture on the ground.
+const BEAM_TEXELS: usize = 1 << 22;
 
 /// What the shading of all bands of a texture takes.
 pub(super) struct Shading<'a> {
@@ -46,19 +43,17 @@ pub(super) fn bands(
     let band = |first_row: u32| View { first_row, rows: rows.min(down - first_row), ..**view };
     let bands: Vec<View> = (0..down).step_by(rows as usize).map(band).collect();
     let texels = across as usize * down as usize;
-    let shared = needs.ground_sun && texels <= SHARED_TEXELS;
     // What is swept over a layer serves many bands.
-    let swept = inputs.layers.iter().any(|layer| layer.rays.swept.is_some());
-    let together = if shared || swept { SWEPT_TEXELS / (across as usize * rows as usize) } else { 1 };
+    let together = BEAM_TEXELS / (across as usize * rows as usize);
     let mut data = Vec::with_capacity(texels * kind.channels().len());
     for bands in bands.chunks(together.max(1)) {
         let mut suns = |peak: bool| {
             let bands: Vec<View> = bands.iter().map(|band| View { peak: peak.into(), ..*band }).collect();
-            let make = || ground_suns(gpu, inputs, &bands, watch);
-            match needs.ground_sun {
-                true if shared => beams.get_or(BeamKey::new(job, moment, view.size, peak), make),
-                true => make(),
-                false => Ok(Arc::default()),
+            match bands.first() {
+                Some(first) if needs.ground_sun => {
+                    beams.get_or(BeamKey::new(job, moment, first), || ground_suns(gpu, inputs, &bands, watch))
+                }
+                _ => Ok(Arc::default()),
             }
         };
         let peak = view.peak == 1;

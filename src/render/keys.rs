@@ -4,6 +4,7 @@
 use crate::air_map::Half;
 use crate::atmosphere::End;
 use crate::field;
+use crate::gpu::layout::View;
 use crate::job::Job;
 use crate::method::{CumulusMethod, SlabMethod, Transport};
 use crate::moment::Moment;
@@ -98,11 +99,12 @@ pub(super) struct LightKey {
     fineness: [f64; 3],
 }
 
-/// The sun's beam on the ground, as the texels of a whole texture.
+/// The sun's beam on the ground, as the texels of some rows of a texture, as many as are made together.
 #[derive(PartialEq)]
 pub(super) struct BeamKey {
     moment: MomentKey,
     size: [u32; 2],
+    first_row: u32,
     /// With its 5-degree peak.
     peak: bool,
 }
@@ -224,8 +226,14 @@ impl LightKey {
 }
 
 impl BeamKey {
-    pub(super) fn new(job: &Job, moment: &Moment, size: [u32; 2], peak: bool) -> Self {
-        Self { moment: MomentKey::new(job, moment), size, peak }
+    /// That of some bands of a texture, by the first of them.
+    pub(super) fn new(job: &Job, moment: &Moment, first: &View) -> Self {
+        Self {
+            moment: MomentKey::new(job, moment),
+            size: first.size,
+            first_row: first.first_row,
+            peak: first.peak == 1,
+        }
     }
 }
 

@@ -36,7 +36,7 @@ use std::time::{Duration, Instant};
 const KEPT: usize = 8;
 /// What moving fields are made from, which for the finest takes most of a gigabyte each: one scene of four layers.
 const KEPT_SOURCES: usize = 4;
-/// The same of the sun's beam on the ground, 16 MiB at most each: shadow and irradiance of a moment follow one another.
+/// The same of the sun's beam on the ground, 64 MiB at most each: shadow and irradiance of a moment follow one another, and four are the largest texture.
 const KEPT_BEAMS: usize = 4;
 
 /// Tables of a droplet mix, as textures.

@@ -7,10 +7,12 @@ use super::mix::MixTables;
 use crate::atmosphere::{Air, Boundary, Moments};
 use crate::cover::{AirSlab, CloudLayer, Column, Cover};
 use crate::field::{self, Profile};
+use crate::scene_air::CoverMoment;
 use crate::spectrum::CHANNELS;
 use rayon::prelude::*;
 use sha2::{Digest as _, Sha256};
-use std::sync::Arc;
+use std::collections::VecDeque;
+use std::sync::{Arc, Mutex, PoisonError};
 
 /// Light of the air above a scene's clouds, and what the clouds make of it, at the four wavelengths.
 #[derive(Debug)]
@@ -31,6 +33,27 @@ pub struct CoveredTables {
     pub reflectances: Vec<[f64; 4]>,
     /// Base and mean top of each layer, m.
     pub heights_m: Vec<[f64; 2]>,
+    /// Light of the last suns: textures of one moment follow one another.
+    moments: Mutex<VecDeque<(f64, Arc<CoverMoment>)>>,
+}
+
+/// Suns whose light is kept.
+const KEPT_MOMENTS: usize = 16;
+
+impl CoveredTables {
+    /// Light of a sun of this cosine at the clouds' top: it takes milliseconds to solve, and is the same for all textures of a moment.
+    pub fn moment(&self, sun_cosine: f64) -> Arc<CoverMoment> {
+        // It is not held while light is solved: others may not wait for that. What was written by a thread that panicked is whole.
+        let kept = || self.moments.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some((_, moment)) = kept().iter().find(|(cosine, _)| cosine.to_bits() == sun_cosine.to_bits()) {
+            return Arc::clone(moment);
+        }
+        let moment = Arc::new(CoverMoment::new(self, sun_cosine));
+        let mut kept = kept();
+        kept.truncate(KEPT_MOMENTS - 1);
+        kept.push_front((sun_cosine, Arc::clone(&moment)));
+        moment
+    }
 }
 
 /// A layer of cloud as these tables depend on it.
@@ -138,7 +161,17 @@ impl CoveredMix {
         let clearness = [clear(0), clear(1), clear(2), clear(3)];
         let reflectances = self.layers.iter().map(|layer| CHANNELS.map(|channel| layer.reflectance(channel))).collect();
         let part = self.parts().1;
-        CoveredTables { key: self.key(), waves, covers, airless, part, clearness, reflectances, heights_m }
+        CoveredTables {
+            key: self.key(),
+            waves,
+            covers,
+            airless,
+            part,
+            clearness,
+            reflectances,
+            heights_m,
+            moments: Mutex::default(),
+        }
     }
 
     fn airs(&self, covers: &[Cover; 4]) -> [Air; 4] {
