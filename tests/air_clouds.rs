@@ -11,6 +11,7 @@ use skyloom::projection::{Sphere, SphereLayout};
 use skyloom::render::Texture;
 use skyloom::spectrum::luminance;
 use std::f64::consts::PI;
+use std::sync::Arc;
 
 fn scene(zenith_deg: f64, atmosphere: &Value, albedo: f64, layers: Value) -> Value {
     json!({
@@ -68,6 +69,9 @@ fn ground_under_an_even_cover_has_the_light_of_cloud_and_air_together() {
             let scene = scene(zenith, &air, albedo, overcast(depth, 1.0));
             let job = sky.job(&scene, "irradiance", &[FAST]);
             let cover = job.illumination().cover.clone().unwrap();
+            // It is solved once for all textures of a moment.
+            let shadow = sky.job(&scene, "shadow", &[FAST]);
+            assert!(Arc::ptr_eq(&cover, shadow.illumination().cover.as_ref().unwrap()));
             let waves = cover.with.each_ref().map(|light| light.ground.total());
             let wanted = skyloom::spectrum::rec709(waves);
             let found = irradiance(&mut sky, &scene, "total");

@@ -27,7 +27,7 @@ const CUMULUS: &str = r#"{"kind": "cumulus", "base_m": 900, "coverage": 0.12, "w
 /// Name, layer, texels a side of the field, texture, query.
 type Case = (&'static str, &'static str, u32, &'static str, &'static [(&'static str, &'static str)]);
 
-const CASES: [Case; 6] = [
+const CASES: [Case; 7] = [
     ("a fine sheet", SHEET, 2048, "thickness", &[("size", "64")]),
     (
         "fine columns in light",
@@ -38,6 +38,7 @@ const CASES: [Case; 6] = [
     ),
     ("many texels", SHEET, 256, "cloud", &[("size", "2600"), ("tolerance", "0.3")]),
     ("shadow of a disc", COLUMNS, 512, "shadow", &[("size", "2048")]),
+    ("beams of many texels", SHEET, 256, "shadow", &[("size", "4096"), ("peak", "false")]),
     (
         "a sky in three dimensions",
         COLUMNS,

@@ -23,8 +23,10 @@ pub(super) fn levels(tally: &mut Tally, request: &Request, maps: &[FieldBytes]) 
 /// A texel of the beam on the ground, four floats; and of the sums of several parts of the sun's disc.
 const BEAM: u64 = 16;
 const SUMS: u64 = 16;
-/// Texels whose beams are made together, and the map of the ground below a sky: its light, radiance with mip levels, albedo.
+/// Texels whose beams are made together, and of how many together they are kept.
 const TOGETHER: u64 = 1 << 22;
+const KEPT_BEAMS: u64 = 4 * TOGETHER;
+/// The map of the ground below a sky: its light, radiance with mip levels, albedo.
 const GROUND: u64 = 512 * 512 * (12 + 2 * 22 + 16);
 /// A texel of a band of the sky: clouds, and what they hold.
 const SKY: u64 = 32;
@@ -46,8 +48,8 @@ fn suns(scene: &Scene) -> Vec<[f64; 3]> {
     }
 }
 
-/// Light on the ground: so many beams of many texels, and what is swept over each layer.
-fn ground(scene: &Scene, maps: &[FieldBytes], images: &Images, texels: u64, side: u32, beams: u64) -> u64 {
+/// What makes the beam at so many texels of the ground: what is swept over each layer, and sums.
+fn towards_sun(scene: &Scene, maps: &[FieldBytes], images: &Images, texels: u64, side: u32) -> u64 {
     let sums = if maps.len() > 1 { SUMS } else { 0 };
     let swept = |(layer, map): (&Layer, &FieldBytes)| {
         let Heights { base_m, deepest_m, least_m } = Heights::new(layer, images);
@@ -58,7 +60,7 @@ fn ground(scene: &Scene, maps: &[FieldBytes], images: &Images, texels: u64, side
         bytes.max().unwrap_or(0)
     };
     let swept: u64 = scene.layers.iter().zip(maps).map(swept).sum();
-    swept + (beams * BEAM + sums) * texels.min(TOGETHER)
+    swept + sums * texels.min(TOGETHER)
 }
 
 /// The texels and their file.
@@ -83,10 +85,14 @@ pub(super) fn shown(
         let side = request.size.unwrap_or(scene.resolution());
         // Diffuse light without a peak is all light without the beam, and all light has the beam with its peak.
         let both = matches!(request.wanted.component(), Some(Component::Diffuse { peak: false }));
-        passing += ground(scene, maps, images, texels, side, if both { 2 } else { 1 });
+        let beams = texels * if both { 2 } else { 1 };
+        tally.keep("beams", BEAM * beams.min(KEPT_BEAMS));
+        // One more is made before another goes.
+        let more = if beams > KEPT_BEAMS { BEAM * TOGETHER } else { 0 };
+        passing += more + towards_sun(scene, maps, images, texels, side);
     }
     if request.wanted.sphere().is_some() && request.texture().shows_the_scene() {
-        tally.pass("ground", ground(scene, maps, images, 512 * 512, 512, 1));
+        tally.pass("ground", BEAM * 512 * 512 + towards_sun(scene, maps, images, 512 * 512, 512));
         tally.keep("ground", GROUND);
         passing += SKY * band;
     }

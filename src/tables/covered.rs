@@ -43,7 +43,7 @@ const KEPT_MOMENTS: usize = 16;
 impl CoveredTables {
     /// Light of a sun of this cosine at the clouds' top: it takes milliseconds to solve, and is the same for all textures of a moment.
     pub fn moment(&self, sun_cosine: f64) -> Arc<CoverMoment> {
-        // It is not held while light is solved: others may not wait for that. What was written by a thread that panicked is whole.
+        // The lock is not held while light is solved, so that nobody waits. What is in it is whole even where a thread that held it has panicked.
         let kept = || self.moments.lock().unwrap_or_else(PoisonError::into_inner);
         if let Some((_, moment)) = kept().iter().find(|(cosine, _)| cosine.to_bits() == sun_cosine.to_bits()) {
             return Arc::clone(moment);
