@@ -110,7 +110,7 @@ impl<'a> Grown<'a> {
 }
 
 /// An answer over a connection of its own. Where the machine is busy a full server may give up a connection whose head it has not read yet: then
-/// one asks again, and what that takes counts.
+/// one asks again, and what that takes counts. It ends without a byte where the head had not arrived, and by a reset where it lay unread.
 fn asked_anew(host: &str, path: &str) -> Vec<u8> {
     let ask = || {
         let mut stream = TcpStream::connect(host)?;
@@ -122,11 +122,16 @@ fn asked_anew(host: &str, path: &str) -> Vec<u8> {
     };
     let start = Instant::now();
     loop {
-        match ask() {
-            Ok(answer) => return answer,
-            Err(error) if error.kind() == std::io::ErrorKind::ConnectionReset && start.elapsed() < bound() => {
+        let answer = ask();
+        let given_up = match &answer {
+            Ok(answer) => answer.is_empty(),
+            Err(error) => error.kind() == std::io::ErrorKind::ConnectionReset,
+        };
+        match answer {
+            _ if given_up && start.elapsed() < bound() => {
                 eprintln!("{path}: asked again after {} ms", start.elapsed().as_millis());
             }
+            Ok(answer) => return answer,
             Err(error) => panic!("{path}: {error}"),
         }
     }
