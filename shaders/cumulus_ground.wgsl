@@ -19,7 +19,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     // From the ground to the layer at once.
     let low_m = max(cumulus.low_m, 0.0);
     let start = vec3<f32>(vec2<f32>(place.x, -place.y) * cumulus.extent_m - cumulus.offset_m, 0.0);
-    let ray = CloudRay(start, towards, 0.0);
+    let ray = CloudRay(start, towards, towards, 0.0);
     let near_m = low_m / towards.z;
     let far_m = cumulus.top_m / towards.z;
     let length_m = cumulus_length(ray, near_m, far_m, CUMULUS_DARK / cumulus.extinction.g, 2.0 * cumulus.sun_radius);

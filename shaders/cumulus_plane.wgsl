@@ -26,7 +26,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     if near_m >= far_m {
         return;
     }
-    let ray = CloudRay(start - vec3<f32>(cumulus.offset_m, 0.0), towards, 0.0);
+    let ray = CloudRay(start - vec3<f32>(cumulus.offset_m, 0.0), towards, towards, 0.0);
     let background = select(cumulus.below, cumulus.above, towards.z > 0.0);
     // No finer than a texel, where cubes of the volume are finer than that.
     let wide_m = min(cumulus.voxel_m, PLANE_SOFT * cumulus.extent_m / f32(view.size.x));

@@ -48,7 +48,12 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     }
     let cone = SKY_SOFT * sphere_cone(view, direction).side;
     let bend = (1.0 - direction.z * direction.z) / (EARTH_RADIUS_M + h_m);
-    let ray = CloudRay(view.eye - vec3<f32>(cumulus.offset_m, 0.0), direction, bend);
+    // Both its ends drift: so what stands upright does so in the domain.
+    let near_drift_m = drift_m(view, cumulus.extent_m, view.eye.xy + direction.xy * near_m);
+    let far_drift_m = drift_m(view, cumulus.extent_m, view.eye.xy + direction.xy * far_m);
+    let drawn = (far_drift_m - near_drift_m) / max(far_m - near_m, 1.0);
+    let start = view.eye + vec3<f32>(near_drift_m - drawn * near_m - cumulus.offset_m, 0.0);
+    let ray = CloudRay(start, direction, direction + vec3<f32>(drawn, 0.0), bend);
     let background = select(cumulus.below, cumulus.above, direction.z > 0.0);
     let seen = cumulus_seen(ray, near_m, far_m, cone, 0.0, background);
     if seen.depth <= 0.0 {

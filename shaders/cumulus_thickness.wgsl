@@ -10,7 +10,8 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     let at = id.y * view.size.x + id.x;
     let place = texel_place(view, id.xy) - 0.5;
     let start = vec3<f32>(vec2<f32>(place.x, -place.y) * cumulus.extent_m - cumulus.offset_m, cumulus.low_m);
-    let ray = CloudRay(start, vec3<f32>(0.0, 0.0, 1.0), 0.0);
+    let upright = vec3<f32>(0.0, 0.0, 1.0);
+    let ray = CloudRay(start, upright, upright, 0.0);
     let length_m = cumulus_length(ray, 0.0, cumulus.top_m - cumulus.low_m, 1e9, 0.0);
     output[at] = select(output[at], 0.0, view.first == 1u) + length_m;
 }

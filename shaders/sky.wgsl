@@ -58,7 +58,8 @@ fn sky_backdrop(middle: vec2<f32>) -> vec3<f32> {
         } else {
             let way_m = ground_way(h_m, towards, sinking_distance(h_m, towards.z, 0.0));
             let place = view.eye.xy + towards.xy / max(length(towards.xy), 1e-12) * way_m;
-            let light = sample_level(ground, trilinear, domain_uv(place, backdrop.extent_m), level).rgb;
+            let shown = place + drift_m(view, backdrop.extent_m, place);
+            let light = sample_level(ground, trilinear, domain_uv(shown, backdrop.extent_m), level).rgb;
             let air = air_light(air_below, clamped, towards, backdrop.sun, backdrop.horizon, true);
             sum += light * air.through + air.light;
         }

@@ -7,6 +7,8 @@ use crate::moment::Moment;
 use crate::plan::SkyDetail;
 use crate::projection::{Side, Sphere, SphereLayout, Viewer, camera_axes};
 use crate::request::{Component, Transport, Wanted};
+use crate::scene::Scene;
+use crate::scene::quantity::Quantity as _;
 use glam::DVec2;
 
 fn single<const N: usize>(values: [f64; N]) -> [f32; N] {
@@ -129,8 +131,22 @@ pub(crate) fn view(moment: &Moment, wanted: &Wanted, size: [u32; 2]) -> View {
     }
 }
 
+/// How far each wave carries what drifts far from an eye, as a part of its length: far enough that copies of the domain stand in no rows, while
+/// clouds are drawn out or turned by 0.14 (rms).
+const DRIFT: f32 = 0.022;
+
+/// Heights of the eye up to which nothing drifts and from which on all does, domains: rows are seen from above alone.
+const DRIFT_HEIGHTS: [f64; 2] = [0.1, 0.4];
+
+/// How far each wave of the drift carries what an eye sees of a scene far off, as a part of its length.
+pub(crate) fn drift(scene: &Scene, sphere: &Sphere) -> f32 {
+    let [none, all] = DRIFT_HEIGHTS.map(|height| height * scene.domain.extent_m.get());
+    let part = ((sphere.eye[2] - none) / (all - none)).clamp(0.0, 1.0);
+    if scene.is_synthetic() { DRIFT * (part * part * (3.0 - 2.0 * part)) as f32 } else { 0.0 }
+}
+
 /// A view of the sky, as all of its rows.
-pub(crate) fn sky_view(sphere: &Sphere, detail: SkyDetail, size: [u32; 2]) -> SkyView {
+pub(crate) fn sky_view(sphere: &Sphere, detail: SkyDetail, size: [u32; 2], drift: f32) -> SkyView {
     let whole = SkyView {
         axis_x: [1.0, 0.0, 0.0],
         axis_y: [0.0, 1.0, 0.0],
@@ -144,6 +160,7 @@ pub(crate) fn sky_view(sphere: &Sphere, detail: SkyDetail, size: [u32; 2]) -> Sk
         texels_per_ray: detail.texels_per_ray as f32,
         coarseness: detail.coarseness as f32,
         steps: detail.steps as f32,
+        drift,
         ..SkyView::default()
     };
     match sphere.layout {

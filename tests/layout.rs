@@ -107,7 +107,7 @@ fn host_layouts() -> Vec<(&'static str, Layout)> {
             edge,
             horizon,
             together,
-            spare_0,
+            drift,
             spare_1,
             spare_2,
         }),
@@ -453,7 +453,11 @@ fn constants_of_the_radiance_slice() {
 
 #[test]
 fn constants_of_the_sky() {
-    let sphere = [("EARTH_RADIUS_M", sphere::EARTH_RADIUS_M), ("LEAST_RISE_M", sphere::LEAST_RISE_M)];
+    let sphere = [
+        ("EARTH_RADIUS_M", sphere::EARTH_RADIUS_M),
+        ("LEAST_RISE_M", sphere::LEAST_RISE_M),
+        ("DRIFT_FROM_M", sphere::DRIFT_FROM_M),
+    ];
     let kinds: Vec<_> = ["SPHERE_EQUIRECT", "SPHERE_OCTAHEDRAL", "SPHERE_CUBE", "SPHERE_FISHEYE"]
         .into_iter()
         .enumerate()

@@ -93,15 +93,13 @@ fn sun_reaches(ray: ViewRay, share: vec4<f32>) -> vec3<f32> {
     }
     let sun = frame.sun.towards;
     let towards = -ray.seen;
-    let up = select(towards, ray.seen, ray.from_above);
     let extinction = frame.medium.extinction_550;
     let ratio = frame.medium.extinction / extinction;
     let rise_m = ray.rise_m;
-    let straight = vec2<f32>(up.x, -up.y) * (rise_m / (ray.cosine * frame.place.extent_m));
-    let way = ray_way(ray, straight);
+    let way = ray_way(ray, ray.way_uv);
     let start = ray.base_uv + frame.place.offset_uv;
     let per_metre = extinction / ray.cosine;
-    let lines = ray_lines(ray, start, straight);
+    let lines = ray_lines(ray, start, ray.way_uv);
 
     let sun_way = vec2<f32>(sun.x, -sun.y) / (frame.sun.slant_cosine * frame.place.extent_m);
     let angle = 2.0 * atan2(length(towards - sun), length(towards + sun));

@@ -35,7 +35,8 @@ fn view_ray(ray: Ray) -> ViewRay {
     let base_uv = domain_uv(position.xy + up.xy / cosine * (frame.place.base_m - view.plane_m), frame.place.extent_m);
     let path = path_seen(base_uv, up, from_above);
     let depth = frame.medium.extinction_550 * path.length_m * cosine;
-    return ViewRay(seen, path.hit_uv, base_uv, cosine, path.length_m, depth, from_above, 0.0, frame.place.depth_m, 0.0, 1.0);
+    let way_uv = vec2<f32>(up.x, -up.y) * (frame.place.depth_m / (cosine * frame.place.extent_m));
+    return ViewRay(seen, path.hit_uv, base_uv, cosine, path.length_m, depth, from_above, 0.0, frame.place.depth_m, way_uv, 0.0, 1.0);
 }
 
 // Of the layer's map what a ray meets at a place, offset by the wind.

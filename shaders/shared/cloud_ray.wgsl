@@ -9,6 +9,7 @@ struct ViewRay {
     from_above: bool,
     from_m: f32,        // height of base_uv above the base plane
     rise_m: f32,        // by how much it climbs within the layer
+    way_uv: vec2<f32>,  // how far it goes over the map meanwhile
     level: f32,         // of the map, at which it is looked at
     steps: f32,         // samples for each texel of the level that it crosses
 }
@@ -16,5 +17,5 @@ struct ViewRay {
 // The same ray of a slab of another optical depth.
 fn deeper(ray: ViewRay, depth: f32) -> ViewRay {
     let path_m = depth / (frame.medium.extinction_550 * ray.cosine);
-    return ViewRay(ray.seen, ray.hit_uv, ray.base_uv, ray.cosine, path_m, depth, ray.from_above, ray.from_m, ray.rise_m, ray.level, ray.steps);
+    return ViewRay(ray.seen, ray.hit_uv, ray.base_uv, ray.cosine, path_m, depth, ray.from_above, ray.from_m, ray.rise_m, ray.way_uv, ray.level, ray.steps);
 }

@@ -69,13 +69,21 @@ fn sky_ray(direction: vec3<f32>, crossing: Crossing, level: f32, steps: f32) -> 
     let up = normalize(vec3<f32>(along * run_m, rise_m));
     let cosine = clamp(up.z, MIN_COSINE, 1.0);
     let from_m = min(crossing.near_z, crossing.far_z) - frame.place.base_m;
-    let start_uv = domain_uv(view.eye.xy + along * low_way, frame.place.extent_m);
-    let path = path_sampled(levels, trilinear, level, frame, start_uv, up, from_m, rise_m, steps);
+    // Both its ends drift: so what stands upright does so on the map.
+    let extent_m = frame.place.extent_m;
+    let low_place = view.eye.xy + along * low_way;
+    let low_drift_m = drift_m(view, extent_m, low_place);
+    let drawn_m = drift_m(view, extent_m, low_place + along * run_m) - low_drift_m;
+    let start_uv = domain_uv(low_place + low_drift_m, extent_m);
+    // Over the map; not of unit length.
+    let over = up + vec3<f32>(drawn_m * (cosine / rise_m), 0.0);
+    let path = path_sampled(levels, trilinear, level, frame, start_uv, over, from_m, rise_m, steps);
     let climbed_m = select(path.low_m, path.high_m, from_above) / cosine;
-    let hit_uv = start_uv + vec2<f32>(up.x, -up.y) * (climbed_m / frame.place.extent_m);
+    let hit_uv = start_uv + vec2<f32>(over.x, -over.y) * (climbed_m / extent_m);
+    let way_uv = vec2<f32>(over.x, -over.y) * (rise_m / (cosine * extent_m));
     let depth = frame.medium.extinction_550 * path.length_m * cosine;
     let seen = select(-up, up, from_above);
-    return ViewRay(seen, hit_uv, start_uv, cosine, path.length_m, depth, from_above, from_m, rise_m, level, steps);
+    return ViewRay(seen, hit_uv, start_uv, cosine, path.length_m, depth, from_above, from_m, rise_m, way_uv, level, steps);
 }
 
 // Of the layer's map what a ray meets at a place, offset by the wind.

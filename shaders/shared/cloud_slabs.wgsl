@@ -24,7 +24,7 @@ fn cloud_texel(at: vec2<u32>) {
     let cosine = clamp(select(-view.towards.z, view.towards.z, above), MIN_COSINE, 1.0);
     let path_m = depth / (frame.medium.extinction_550 * cosine);
     let none = vec2<f32>(0.0);
-    let ray = ViewRay(view.towards, none, none, cosine, path_m, depth, above, 0.0, frame.place.depth_m, 0.0, 1.0);
+    let ray = ViewRay(view.towards, none, none, cosine, path_m, depth, above, 0.0, frame.place.depth_m, none, 0.0, 1.0);
     var light = vec3<f32>(0.0);
     if frame.sun.cosine > 0.0 {
         light = sunlight(ray);

@@ -20,6 +20,7 @@ const CUMULUS_UNKNOWN: f32 = -1e9;
 struct CloudRay {
     start: vec3<f32>,
     towards: vec3<f32>,
+    way: vec3<f32>, // the same over the domain, which a sky shows a little drawn out far from the eye: not of unit length there
     bend: f32,
 }
 
@@ -63,7 +64,7 @@ fn cumulus_scale() -> CloudScale {
 }
 
 fn cumulus_place(ray: CloudRay, at_m: f32) -> vec3<f32> {
-    return ray.start + ray.towards * at_m + vec3<f32>(0.0, 0.0, 0.5 * ray.bend * at_m * at_m);
+    return ray.start + ray.way * at_m + vec3<f32>(0.0, 0.0, 0.5 * ray.bend * at_m * at_m);
 }
 
 // Depth below the rugged surface.
@@ -111,7 +112,7 @@ fn cumulus_march(scale: CloudScale, ray: CloudRay, march: CloudMarch, end_m: f32
     let base = select(1.0, clamp((middle_z - cumulus.base_m) * scale.per_edge, 0.0, 1.0), cumulus.edge_m > 0.0);
     let density = select(base * cumulus_mean(march.depth + widened, there + widened, edge_m), 0.0, unknown);
     // Out of the cube of clear blocks around this one.
-    let towards = ray.towards + vec3<f32>(0.0, 0.0, ray.bend * to_m);
+    let towards = ray.way + vec3<f32>(0.0, 0.0, ray.bend * to_m);
     let reach = f32(leap) - 1.0;
     let faces = scale.corner + (block + select(vec3<f32>(-reach), vec3<f32>(1.0 + reach), towards >= vec3<f32>(0.0))) * scale.block_m;
     let out = abs((faces - place) / select(towards, vec3<f32>(1e-9), abs(towards) < vec3<f32>(1e-9)));

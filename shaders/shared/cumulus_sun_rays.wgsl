@@ -13,7 +13,7 @@ fn cumulus_towards_sun(ray: CloudRay, place: vec3<f32>, depth: f32) -> f32 {
     let own = clamp(near, 0.0, 1.0) * clamp(shallow, 0.0, 1.0);
     var of_ray = 0.0;
     if own > 0.0 {
-        let sun_ray = CloudRay(place, cumulus.sun, 0.0);
+        let sun_ray = CloudRay(place, cumulus.sun, cumulus.sun, 0.0);
         let enough_m = 2.0 * CUMULUS_NEAR_SUN_DEPTH / cumulus.extinction.g;
         of_ray = cumulus.extinction.g * cumulus_length(sun_ray, 0.0, cumulus_leaves(place, cumulus.sun), enough_m, 0.0);
     }

@@ -126,7 +126,7 @@ struct SkyView {
     edge: f32,                // sine of the elevation at which the layer begins or ends for the eye
     horizon: f32,             // elevation at which the map of the air before the layer begins, radians
     together: u32,            // as in View
-    spare_0: u32,
+    drift: f32,               // how far each wave of the drift carries what is seen far off, as a part of its length; 0: nothing
     spare_1: u32,
     spare_2: u32,
 }

@@ -182,3 +182,21 @@ fn ground_way(h_m: f32, direction: vec3<f32>, distance_m: f32) -> f32 {
 fn cosine_at(h_m: f32, up: f32, distance_m: f32, at_m: f32) -> f32 {
     return ((EARTH_RADIUS_M + h_m) * up + distance_m) / (EARTH_RADIUS_M + at_m);
 }
+
+// What of the domain a sky shows far from the eye lies so far, metres, from the place that is looked at. The domain repeats, and from on high its
+// copies would stand in rows: so they drift off, by waves some domains long, each to the side of where it runs, which keeps all areas. Near the eye
+// nothing drifts.
+const DRIFT_FROM_M: f32 = 10000.0; // half a domain at least
+
+// Of one wave, the farther the longer it is. turns: cycles a domain east and north, and what of one has passed in the middle.
+fn drift_wave(place: vec2<f32>, turns: vec3<f32>) -> vec2<f32> {
+    return vec2<f32>(-turns.y, turns.x) * (turn(dot(place, turns.xy) + turns.z).x / dot(turns.xy, turns.xy));
+}
+
+fn drift_m(view: SkyView, extent_m: f32, place_m: vec2<f32>) -> vec2<f32> {
+    let far = clamp((length(place_m - view.eye.xy) - max(DRIFT_FROM_M, 0.5 * extent_m)) / extent_m, 0.0, 1.0);
+    let place = place_m / extent_m;
+    let waves = drift_wave(place, vec3<f32>(0.04387, 0.16372, 0.05)) + drift_wave(place, vec3<f32>(-0.1931, 0.03405, 0.27))
+        + drift_wave(place, vec3<f32>(-0.22165, 0.26415, 0.65)) + drift_wave(place, vec3<f32>(0.31506, 0.22061, 0.81));
+    return view.drift * extent_m * far * far * (3.0 - 2.0 * far) * waves;
+}

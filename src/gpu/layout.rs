@@ -254,8 +254,8 @@ pub struct SkyView {
     pub horizon: f32,
     /// As in [`View`].
     pub together: u32,
-    /// Unused.
-    pub spare_0: u32,
+    /// How far each wave of the drift carries what is seen far off, as a part of its length; 0: nothing drifts.
+    pub drift: f32,
     /// Unused.
     pub spare_1: u32,
     /// Unused.

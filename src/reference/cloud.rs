@@ -86,6 +86,8 @@ pub struct ViewRay {
     pub from_m: f64,
     /// By how much it climbs within the layer, metres.
     pub rise_m: f64,
+    /// How far it goes over the map meanwhile.
+    pub way_uv: DVec2,
     /// How a sky looks at it; `None` where a plane does.
     pub looked: Option<Looked>,
 }

@@ -100,8 +100,7 @@ struct Way<'a> {
 impl<'a> Way<'a> {
     fn new(frame: &Frame, levels: &'a [Map], ray: &ViewRay) -> Self {
         let (from_m, rise_m) = (ray.from_m, ray.rise_m);
-        let up = if ray.from_above { ray.seen } else { -ray.seen };
-        let straight = dvec2(up.x, -up.y) * (rise_m / (ray.cosine * f64::from(frame.place.extent_m)));
+        let straight = ray.way_uv;
         let start_uv = ray.base_uv + vec2(frame.place.offset_uv);
         let (way_uv, mut parts) = if let Some(Looked { level, steps, .. }) = ray.looked {
             (straight, path_lines(&levels[0], level, start_uv, straight, steps).collect::<Vec<_>>())

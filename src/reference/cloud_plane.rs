@@ -45,7 +45,9 @@ pub fn view_ray(frame: &Frame, view: &View, levels: &[Map], place: DVec2) -> Vie
     let path = path_seen(levels, frame, base_uv, up, from_above);
     let depth = f64::from(frame.medium.extinction_550) * path.length_m * cosine;
     let (path_m, rise_m) = (path.length_m, f64::from(frame.place.depth_m));
-    ViewRay { seen, hit_uv: path.hit_uv, base_uv, cosine, path_m, depth, from_above, from_m: 0.0, rise_m, looked: None }
+    let way_uv = dvec2(up.x, -up.y) * (rise_m / (cosine * extent_m));
+    let (hit_uv, from_m, looked) = (path.hit_uv, 0.0, None);
+    ViewRay { seen, hit_uv, base_uv, cosine, path_m, depth, from_above, from_m, rise_m, way_uv, looked }
 }
 
 /// Radiance (three colours, in units of the sun's irradiance per steradian) and alpha of each texel of a layer that nothing

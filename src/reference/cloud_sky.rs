@@ -6,8 +6,8 @@ use super::frame::{MIN_COSINE, domain_uv, vec3};
 use super::map::Map;
 use super::path_sampled::{Stretch, path_sampled};
 use super::sphere::{
-    LEAST_RISE_M, cosine_at, ground_way, lowest_m, rising_distance, scattered_direction, sinking_distance, sphere_cone,
-    sphere_direction,
+    LEAST_RISE_M, cosine_at, drift_m, ground_way, lowest_m, rising_distance, scattered_direction, sinking_distance,
+    sphere_cone, sphere_direction,
 };
 use crate::gpu::layout::{Frame, SkyView};
 use glam::{DVec2, DVec3, DVec4, dvec2};
@@ -68,15 +68,21 @@ pub fn sky_ray(
     let up = (along * (high_way - low_way)).extend(rise_m).normalize();
     let cosine = up.z.clamp(MIN_COSINE, 1.0);
     let from_m = crossing.near_z.min(crossing.far_z) - f64::from(frame.place.base_m);
-    let start_uv = domain_uv(vec3(view.eye).truncate() + along * low_way, extent_m);
-    let path = path_sampled(levels, level, frame, &Stretch { start_uv, from_m, up, rise_m }, steps);
+    // Both its ends drift: so what stands upright does so on the map.
+    let [low_m, high_m] = [low_way, high_way].map(|way| vec3(view.eye).truncate() + along * way);
+    let [low_drift_m, high_drift_m] = [low_m, high_m].map(|place_m| drift_m(view, extent_m, place_m));
+    let start_uv = domain_uv(low_m + low_drift_m, extent_m);
+    // Over the map; not of unit length.
+    let over = up + ((high_drift_m - low_drift_m) * (cosine / rise_m)).extend(0.0);
+    let path = path_sampled(levels, level, frame, &Stretch { start_uv, from_m, up: over, rise_m }, steps);
     let climbed_m = if from_above { path.high_m } else { path.low_m } / cosine;
-    let hit_uv = start_uv + dvec2(up.x, -up.y) * (climbed_m / extent_m);
+    let hit_uv = start_uv + dvec2(over.x, -over.y) * (climbed_m / extent_m);
+    let way_uv = dvec2(over.x, -over.y) * (rise_m / (cosine * extent_m));
     let depth = f64::from(frame.medium.extinction_550) * path.length_m * cosine;
     let seen = if from_above { up } else { -up };
     let looked = Some(Looked { level, steps, one_of_several: steps < f64::from(view.steps) });
     let path_m = path.length_m;
-    ViewRay { seen, hit_uv, base_uv: start_uv, cosine, path_m, depth, from_above, from_m, rise_m, looked }
+    ViewRay { seen, hit_uv, base_uv: start_uv, cosine, path_m, depth, from_above, from_m, rise_m, way_uv, looked }
 }
 
 /// The layer behind what is `before` it in the texel at `middle`, counted in texels. `levels`: its thickness; `air`: before it.

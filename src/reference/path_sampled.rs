@@ -27,7 +27,7 @@ pub struct Stretch {
     pub start_uv: DVec2,
     /// The same above the base, metres.
     pub from_m: f64,
-    /// Unit vector along it.
+    /// Along it over the map: its upward part is the cosine of the ray's zenith.
     pub up: DVec3,
     /// By how much it climbs, metres.
     pub rise_m: f64,

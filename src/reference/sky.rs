@@ -5,7 +5,7 @@ use super::air::{Air, Look, air_light};
 use super::frame::{domain_uv, vec3};
 use super::map::{Map, rgb};
 use super::sphere::{
-    cosine_at, ground_way, misses_ground, scattered_direction, sinking_distance, sky_image, sphere_cone,
+    cosine_at, drift_m, ground_way, misses_ground, scattered_direction, sinking_distance, sky_image, sphere_cone,
     sphere_direction,
 };
 use crate::gpu::layout::{Backdrop, SkyView};
@@ -53,7 +53,7 @@ pub fn sky_backdrop(backdrop: &Backdrop, view: &SkyView, behind: &Behind<'_>, mi
         }
         let way_m = ground_way(h_m, towards, sinking_distance(h_m, towards.z, 0.0));
         let place = vec3(view.eye).truncate() + towards.truncate().normalize_or_zero() * way_m;
-        let uv = domain_uv(place, extent_m).to_array();
+        let uv = domain_uv(place + drift_m(view, extent_m, place), extent_m).to_array();
         let level = level.clamp(0.0, (behind.ground.len() - 1) as f64);
         let before = air(true, towards);
         rgb(Map::sample_level(behind.ground, uv, level)) * before.through + before.light

@@ -10,6 +10,8 @@ use std::f64::consts::{PI, TAU};
 pub const EARTH_RADIUS_M: f64 = 6_371_000.0;
 /// A ray that rises by less over a layer is taken to rise so much, metres.
 pub const LEAST_RISE_M: f64 = 0.01;
+/// Nearer to the eye nothing drifts, metres; nor within half a domain.
+pub const DRIFT_FROM_M: f64 = 10_000.0;
 
 /// Direction at a place of the picture, in texels from its upper left corner: east, north, up. `None` where the picture shows
 /// none.
@@ -133,6 +135,22 @@ pub fn cosine_at(h_m: f64, up: f64, distance_m: f64, at_m: f64) -> f64 {
 pub fn scattered_direction(view: &SkyView, middle: DVec2, direction: DVec3, ray: u32) -> DVec3 {
     let place = (f64::from(ray) + 0.5) * dvec2(0.754_877_67, 0.569_840_29);
     sphere_direction(view, middle + place.fract() - 0.5).unwrap_or(direction)
+}
+
+/// Cycles a domain of each wave of the drift, east and north, and what of one has passed in the middle.
+const DRIFT_WAVES: [[f64; 3]; 4] =
+    [[0.043_87, 0.163_72, 0.05], [-0.1931, 0.034_05, 0.27], [-0.221_65, 0.264_15, 0.65], [0.315_06, 0.220_61, 0.81]];
+
+/// What of the domain a sky shows far from the eye lies so far from the place that is looked at, metres.
+pub fn drift_m(view: &SkyView, extent_m: f64, place_m: DVec2) -> DVec2 {
+    let away_m = (place_m - vec3(view.eye).truncate()).length();
+    let far = ((away_m - DRIFT_FROM_M.max(0.5 * extent_m)) / extent_m).clamp(0.0, 1.0);
+    let most_m = f64::from(view.drift) * extent_m * far * far * (3.0 - 2.0 * far);
+    let wave = |[east, north, passed]: [f64; 3]| {
+        let wave = dvec2(east, north);
+        (TAU * (place_m.dot(wave) / extent_m + passed)).sin() * wave.perp() / wave.length_squared()
+    };
+    most_m * DRIFT_WAVES.into_iter().map(wave).sum::<DVec2>()
 }
 
 /// The rows of a picture of the sky that a view asks for: `texel` is called with its number in the band, and its middle in

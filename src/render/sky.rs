@@ -157,7 +157,8 @@ impl SkyKept {
         let disc = (job.request().wanted.disc() == Some(true))
             .then(|| moment.illumination.disc(job.scene(), job.air().map(|air| &*air.clear), eye.height_m));
         let inputs = SkyInputs { sphere, layers, cumulus, ground, backdrop, air: far, disc };
-        let view = frame::sky_view(sphere, moment.plan.sky, job.request().texels(job.scene()));
+        let (texels, drift) = (job.request().texels(job.scene()), frame::drift(job.scene(), sphere));
+        let view = frame::sky_view(sphere, moment.plan.sky, texels, drift);
         let [across, down] = view.size;
         let rows = shade::band_rows(view.size, cuts);
         let mut data = Vec::with_capacity(3 * across as usize * down as usize);

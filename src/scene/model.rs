@@ -2,7 +2,7 @@
 
 use super::aerosol::Scatterers;
 use super::air::Atmosphere;
-use super::cumulus::Cumulus;
+use super::cumulus::{Cumulus, CumulusShape};
 use super::image_reference::{ImagePurpose, ImageReference};
 use super::quantity::*;
 use super::shape::Shape;
@@ -232,6 +232,12 @@ impl Scene {
     /// Whether it has physical air; if not, it gives its light itself.
     pub fn is_in_air(&self) -> bool {
         matches!(self.atmosphere, Atmosphere::Air(_))
+    }
+
+    /// Whether nothing in the domain has a place that was given: its copies far off may then lie elsewhere.
+    pub(crate) fn is_synthetic(&self) -> bool {
+        let spheres = |cumulus: &Cumulus| matches!(cumulus.shape, CumulusShape::Spheres { .. });
+        self.image_references().is_empty() && !self.cumulus.as_ref().is_some_and(spheres)
     }
 
     /// Every image that the scene names, with the place where it does.

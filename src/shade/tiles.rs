@@ -268,7 +268,7 @@ mod tests {
             for eye_m in [2.0, 1200.0, 20_000.0] {
                 let sphere = Sphere { layout, axes: Axes::Enu, eye: [0.0, 0.0, eye_m] };
                 let size = crate::projection::Projection::Sphere(sphere).size(across);
-                let view = crate::frame::sky_view(&sphere, crate::plan::FINEST_SKY, size);
+                let view = crate::frame::sky_view(&sphere, crate::plan::FINEST_SKY, size, 0.0);
                 let listed = tiles(&sphere, size, 0, size[1]);
                 let rise = most_rise(&sphere, &view);
                 let texels = |tile: &Tile| {
