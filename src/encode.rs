@@ -53,7 +53,7 @@ pub fn encode(pixels: &Pixels<'_>, metadata: &Metadata, output: &Output, white: 
 }
 
 /// Writes a file. Values are looked at before its first byte, and what is written is not kept: beside the texels and the target there are
-/// the samples of a band in memory, of a picture or a packed texture those of the whole. `white` is the linear value that a picture for eyes shows as white at exposure 0, above 0.
+/// the samples of a band in memory, of a picture those of the whole, of a packed texture its levels but the first. `white` is the linear value that a picture for eyes shows as white at exposure 0, above 0.
 ///
 /// # Errors
 /// Values that the file cannot hold, by name: see [`EncodeError::field`]. [`EncodeError::Codec`] where it cannot be written.

@@ -12,6 +12,8 @@ use skyloom::encode::{
 use skyloom::projection::{Sphere, SphereLayout};
 use skyloom::request::{Request, RequestError};
 
+#[path = "formats/bands.rs"]
+mod bands;
 #[path = "formats/blocks.rs"]
 mod blocks;
 #[path = "formats/specular.rs"]

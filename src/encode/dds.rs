@@ -1,5 +1,8 @@
 //! DDS (Microsoft, "DDS file layout") with the header of Direct3D 10, which names the format of the texels.
 
+use std::io;
+
+use super::encoded::Target;
 use super::openexr::Depth;
 use super::packed::{DeviceTexture, Layout};
 
@@ -16,7 +19,7 @@ fn format(layout: Layout) -> u32 {
     }
 }
 
-pub(super) fn file(texture: &DeviceTexture) -> Vec<u8> {
+pub(super) fn write(texture: &DeviceTexture<'_>, file: &mut dyn Target) -> io::Result<()> {
     // What the header holds, and what the texture is.
     const CAPS_SIZE_FORMAT: u32 = 0x1 | 0x2 | 0x4 | 0x1000;
     const PITCH: u32 = 0x8;
@@ -52,10 +55,12 @@ pub(super) fn file(texture: &DeviceTexture) -> Vec<u8> {
         None => 3,
     };
     numbers.extend([format(texture.layout), TWO_DIMENSIONS, given(IS_CUBE, is_cube), 1, alpha]);
-    let mut file: Vec<u8> = numbers.into_iter().flat_map(u32::to_le_bytes).collect();
+    let head: Vec<u8> = numbers.into_iter().flat_map(u32::to_le_bytes).collect();
+    file.write_all(&head)?;
     // Face by face, in each the largest level first.
     for face in 0..faces {
-        texture.levels.iter().filter_map(|faces| faces.get(face)).for_each(|texels| file.extend_from_slice(texels));
+        let mut levels = texture.levels.iter().filter_map(|faces| faces.get(face));
+        levels.try_for_each(|level| texture.write_face(*level, file))?;
     }
-    file
+    Ok(())
 }

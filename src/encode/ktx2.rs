@@ -1,6 +1,9 @@
 //! KTX2 (Khronos, KTX File Format Specification 2.0), without supercompression. Written here, as the crates that are kept read it
 //! alone.
 
+use std::io;
+
+use super::encoded::Target;
 use super::metadata::Metadata;
 use super::openexr::Depth;
 use super::packed::{DeviceTexture, Layout};
@@ -24,40 +27,44 @@ fn format(layout: Layout) -> [u32; 2] {
     }
 }
 
-pub(super) fn file(texture: &DeviceTexture, metadata: &Metadata) -> Vec<u8> {
+pub(super) fn write(texture: &DeviceTexture<'_>, metadata: &Metadata, file: &mut dyn Target) -> io::Result<()> {
     let (descriptor, words) = (descriptor(texture), words(metadata, texture.roughness.clone()));
     let count = texture.levels.len();
     let faces = texture.levels.first().map_or(1, Vec::len) as u32;
     let dfd = HEAD + PLACE * count;
     let kvd = dfd + descriptor.len();
     let [format, number_bytes] = format(texture.layout);
-    let mut file = IDENTIFIER.to_vec();
-    let mut put = |numbers: &[u32]| numbers.iter().for_each(|number| file.extend(number.to_le_bytes()));
+    let mut head = IDENTIFIER.to_vec();
+    let mut put = |numbers: &[u32]| numbers.iter().for_each(|number| head.extend(number.to_le_bytes()));
     put(&[format, number_bytes, texture.width, texture.height, 0, 0, faces, count as u32, 0]);
     put(&[dfd as u32, descriptor.len() as u32, kvd as u32, words.len() as u32]);
     // No global data of a supercompression.
     put(&[0; 4]);
-    let places = file.len();
-    file.resize(places + PLACE * count, 0);
-    file.extend_from_slice(&descriptor);
-    file.extend_from_slice(&words);
-    // The smallest level comes first, so that a reader shows something early.
+    // The smallest level comes first, so that a reader shows something early. Before each is what its place is short of.
     let step = texture.layout.bytes().max(4);
-    for (level, faces) in texture.levels.iter().enumerate().rev() {
-        file.resize(file.len().next_multiple_of(step), 0);
-        let begin = file.len() as u64;
-        faces.iter().for_each(|face| file.extend_from_slice(face));
-        let length = file.len() as u64 - begin;
-        let place = places + PLACE * level;
-        if let Some(place) = file.get_mut(place..place + PLACE) {
-            place.copy_from_slice([begin, length, length].map(u64::to_le_bytes).as_flattened());
-        }
+    let mut end = kvd + words.len();
+    let mut places = Vec::with_capacity(count);
+    for faces in texture.levels.iter().rev() {
+        let (begin, length) =
+            (end.next_multiple_of(step), faces.iter().map(|face| texture.layout.bytes_of(*face)).sum());
+        places.push((begin - end, begin, length));
+        end = begin + length;
     }
-    file
+    for (_, begin, length) in places.iter().rev() {
+        head.extend([*begin, *length, *length].map(|number| (number as u64).to_le_bytes()).as_flattened());
+    }
+    head.extend_from_slice(&descriptor);
+    head.extend_from_slice(&words);
+    file.write_all(&head)?;
+    for ((short, ..), faces) in places.iter().zip(texture.levels.iter().rev()) {
+        file.write_all(&vec![0; *short])?;
+        faces.iter().try_for_each(|face| texture.write_face(*face, file))?;
+    }
+    Ok(())
 }
 
 /// The data format descriptor: linear light in the primaries of Rec.709.
-fn descriptor(texture: &DeviceTexture) -> Vec<u8> {
+fn descriptor(texture: &DeviceTexture<'_>) -> Vec<u8> {
     /// Bits of a channel's kind: a float, with a sign, an exponent.
     const FLOAT: u32 = 0x80 | SIGNED;
     const SIGNED: u32 = 0x40;

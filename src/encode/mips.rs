@@ -17,22 +17,45 @@ pub struct Level {
     pub data: Vec<f32>,
 }
 
+/// A level whose values lie elsewhere.
+#[derive(Clone, Copy)]
+pub(super) struct View<'a> {
+    pub(super) width: usize,
+    pub(super) height: usize,
+    pub(super) data: &'a [f32],
+}
+
+impl Level {
+    pub(super) fn view(&self) -> View<'_> {
+        View { width: self.width, height: self.height, data: &self.data }
+    }
+}
+
 /// All levels of a picture of `channels` channels, the picture first. `straight`: the last of four channels is alpha, by which the
 /// others were divided.
 pub fn levels(picture: Level, channels: usize, straight: bool) -> Vec<Level> {
-    let mut levels = vec![picture];
-    while let Some(last) = levels.last().filter(|last| last.width > 1 || last.height > 1) {
+    let further = further(picture.view(), channels, straight);
+    [picture].into_iter().chain(further).collect()
+}
+
+/// The levels of a picture without the picture.
+fn further(picture: View<'_>, channels: usize, straight: bool) -> Vec<Level> {
+    let mut levels: Vec<Level> = Vec::new();
+    loop {
+        let last = levels.last().map_or(picture, Level::view);
+        if last.width <= 1 && last.height <= 1 {
+            return levels;
+        }
         let next = half(last, channels, straight);
         levels.push(next);
     }
-    levels
 }
 
-/// The same of several faces: the faces of each level.
-pub(super) fn levels_of_faces(faces: Vec<Level>, channels: usize, straight: bool) -> Vec<Vec<Level>> {
+/// The same of several faces: the faces of each level but the first.
+pub(super) fn further_of_faces(faces: &[View<'_>], channels: usize, straight: bool) -> Vec<Vec<Level>> {
     let mut all: Vec<Vec<Level>> = Vec::new();
     for face in faces {
-        let levels = levels(face, channels, straight);
+        let levels = further(*face, channels, straight);
         all.resize_with(levels.len(), Vec::new);
         all.iter_mut().zip(levels).for_each(|(faces, level)| faces.push(level));
     }
@@ -52,7 +75,7 @@ fn covered(from: usize, to: usize) -> Vec<Vec<(usize, f64)>> {
     (0..to).map(part).collect()
 }
 
-fn half(level: &Level, channels: usize, straight: bool) -> Level {
+fn half(level: View<'_>, channels: usize, straight: bool) -> Level {
     let (width, height) = ((level.width / 2).max(1), (level.height / 2).max(1));
     let (across, down) = (covered(level.width, width), covered(level.height, height));
     let weighted = straight && channels == 4;

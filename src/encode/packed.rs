@@ -1,5 +1,7 @@
 //! Texels as a graphics device takes them: faces of a cube apart, mip levels, four channels where there are colours.
 
+use std::io;
+
 use half::f16;
 use rayon::prelude::*;
 
@@ -8,11 +10,11 @@ use super::channels::channels;
 use super::encoded::{Target, Written};
 use super::error::EncodeError;
 use super::metadata::Metadata;
-use super::mips::{self, Level};
+use super::mips::{self, Level, View};
 use super::openexr::Depth;
 use super::output::{Alpha, Coding, Container, Mips, Packed};
 use super::picture::check_mask;
-use super::pixels::Pixels;
+use super::pixels::{BAND, Pixels};
 use super::precision::check_half;
 use super::shared::{Range, check, rgb9e5};
 use super::{dds, ktx2, specular};
@@ -21,17 +23,33 @@ use super::{dds, ktx2, specular};
 const FACES: usize = 6;
 
 /// A texture in the layout of a device, before its container.
-pub(super) struct DeviceTexture {
+pub(super) struct DeviceTexture<'a> {
     /// Of the first level of a face.
     pub(super) width: u32,
     pub(super) height: u32,
     pub(super) layout: Layout,
     /// The faces of each level, the largest level first; one face, or those of a cube: +x, -x, +y, -y, +z, -z.
-    pub(super) levels: Vec<Vec<Vec<u8>>>,
+    pub(super) levels: Vec<Vec<View<'a>>>,
+    /// Values of a texel there.
+    pub(super) channels: usize,
     /// Roughness of the mirror that shows a level, in words.
     pub(super) roughness: Option<String>,
     /// Whether alpha multiplies the colours, if there is alpha.
     pub(super) premultiplied: Option<bool>,
+}
+
+impl DeviceTexture<'_> {
+    /// Writes the texels of a face. Its bytes are never in memory as a whole.
+    pub(super) fn write_face(&self, face: View<'_>, file: &mut dyn Target) -> io::Result<()> {
+        let row = face.width * self.channels;
+        // Whole rows of blocks, so that only the last one ends with texels that are repeated.
+        let rows = BAND.div_ceil(row).next_multiple_of(self.layout.block_side());
+        for data in face.data.chunks(rows * row) {
+            let band = View { height: data.len() / row, data, ..face };
+            file.write_all(&pack(band, self.channels, self.layout))?;
+        }
+        Ok(())
+    }
 }
 
 /// How a texel lies in memory.
@@ -60,9 +78,42 @@ impl Layout {
         }
     }
 
+    /// Bytes of a face of a level.
+    pub(super) fn bytes_of(self, face: View<'_>) -> usize {
+        let side = self.block_side();
+        face.width.div_ceil(side) * face.height.div_ceil(side) * self.bytes()
+    }
+
     /// Texels of a block's side.
     pub(super) fn block_side(self) -> usize {
         if matches!(self, Self::Bc6h | Self::Bc4) { 4 } else { 1 }
+    }
+}
+
+impl Packed {
+    /// Bytes of all levels of a texture of so many texels, at most; faces of a cube stand one above the other.
+    pub fn bytes(&self, size: [u32; 2], channels: usize) -> u64 {
+        let layout = self.layout(channels);
+        let side = layout.block_side() as u32;
+        // Each face may end with a part of a block.
+        let more = if side > 1 { FACES as u64 } else { 0 };
+        let blocks =
+            |[width, height]: [u32; 2]| u64::from(width.div_ceil(side)) * (u64::from(height.div_ceil(side)) + more);
+        let half = |level: &[u32; 2]| (*level != [1; 2]).then(|| level.map(|side| (side / 2).max(1)));
+        let levels = std::iter::successors(Some(size), half);
+        let count = if self.mips == Mips::None { 1 } else { usize::MAX };
+        levels.take(count).map(blocks).sum::<u64>() * layout.bytes() as u64
+    }
+
+    /// How its texels lie.
+    fn layout(&self, channels: usize) -> Layout {
+        match self.coding {
+            Coding::Rgb9e5 => Layout::Rgb9e5,
+            Coding::Bc6h => Layout::Bc6h,
+            Coding::Bc4 => Layout::Bc4,
+            Coding::Float(depth) if channels == 1 => Layout::Single(depth),
+            Coding::Float(depth) => Layout::Four(depth),
+        }
     }
 }
 
@@ -78,59 +129,57 @@ pub(super) fn write(
 ) -> Result<Written, EncodeError> {
     pixels.check()?;
     let channels_of_texel = pixels.channels.len();
-    let (layout, bits) = match packed.coding {
+    let layout = packed.layout(channels_of_texel);
+    let bits = match packed.coding {
         Coding::Rgb9e5 => {
             check(pixels, &Range::RGB9E5)?;
-            (Layout::Rgb9e5, 9)
+            9
         }
         Coding::Bc6h => {
             check(pixels, &Range::BC6H)?;
-            (Layout::Bc6h, 16)
+            16
         }
         Coding::Bc4 => {
             check_mask(pixels, 255.0, metadata.scale, "coding bc4")?;
-            (Layout::Bc4, 8)
+            8
         }
         Coding::Float(depth) => {
             if depth == Depth::Half {
                 check_half(&channels(pixels), pixels.width, metadata.scale, "depth 32")?;
             }
-            (if channels_of_texel == 1 { Layout::Single(depth) } else { Layout::Four(depth) }, depth.bits())
+            depth.bits()
         }
     };
     let faces = if metadata.projection.as_deref() == Some("cube") { FACES } else { 1 };
     let (width, height) = (pixels.width as usize, pixels.height as usize / faces);
     let straight = pixels.alpha == Alpha::Straight;
     let each = pixels.data.chunks(width * height * channels_of_texel);
-    let each: Vec<Level> = each.map(|face| Level { width, height, data: face.to_vec() }).collect();
-    let all = match packed.mips {
-        Mips::None => vec![each],
-        Mips::Means => mips::levels_of_faces(each, channels_of_texel, straight),
-        Mips::Specular => specular::levels(each, channels_of_texel),
+    let each: Vec<View<'_>> = each.map(|data| View { width, height, data }).collect();
+    let further = match packed.mips {
+        Mips::None => Vec::new(),
+        Mips::Means => mips::further_of_faces(&each, channels_of_texel, straight),
+        Mips::Specular => specular::further(&each, channels_of_texel),
     };
-    let packed_level = |faces: &Vec<Level>| faces.iter().map(|face| pack(face, channels_of_texel, layout)).collect();
-    let packed_levels: Vec<Vec<Vec<u8>>> = all.iter().map(packed_level).collect();
     let texture = DeviceTexture {
         width: pixels.width,
         // A part of a height.
         height: height as u32,
         layout,
-        roughness: (packed.mips == Mips::Specular && packed_levels.len() > 1)
-            .then(|| format!("level / {}", packed_levels.len() - 1)),
-        levels: packed_levels,
+        roughness: (packed.mips == Mips::Specular && !further.is_empty()).then(|| format!("level / {}", further.len())),
+        levels: [each].into_iter().chain(further.iter().map(|faces| faces.iter().map(Level::view).collect())).collect(),
+        channels: channels_of_texel,
         premultiplied: pixels.channels.contains(&"A").then_some(!straight),
     };
-    let bytes = match packed.container {
-        Container::Ktx2 => ktx2::file(&texture, metadata),
-        Container::Dds => dds::file(&texture),
-    };
-    file.write_all(&bytes)?;
+    match packed.container {
+        Container::Ktx2 => ktx2::write(&texture, metadata, file),
+        Container::Dds => dds::write(&texture, file),
+    }?;
     Ok(Written { bits, reason: None })
 }
 
 /// The bytes of texels.
-fn pack(level: &Level, channels: usize, layout: Layout) -> Vec<u8> {
-    let Level { width, height, ref data } = *level;
+fn pack(level: View<'_>, channels: usize, layout: Layout) -> Vec<u8> {
+    let View { width, height, data } = level;
     let four = |texel: &[f32]| match *texel {
         [r, g, b, a] => [r, g, b, a],
         [r, g, b] => [r, g, b, 1.0],

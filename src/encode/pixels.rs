@@ -37,7 +37,7 @@ pub struct TexelLayer {
 }
 
 /// Values that are written together, at least.
-const BAND: usize = 1 << 20;
+pub(super) const BAND: usize = 1 << 20;
 /// Values that are looked at together.
 const CHUNK: usize = 1 << 12;
 

@@ -8,7 +8,7 @@
 use glam::{Vec2, Vec3A, Vec4};
 use rayon::prelude::*;
 
-use super::mips::{self, Level};
+use super::mips::{self, Level, View};
 
 /// Rings of places around a normal, and places in a ring, of the two first rough levels and of the others, which have few texels
 /// and wide lobes. What is between two places is in the coarser levels that are looked up there.
@@ -19,13 +19,18 @@ const SHARPER: f64 = 1.0;
 /// Angles at which the weight is summed up.
 const STEPS: usize = 4096;
 
-/// All levels of the six faces of a cube, the faces themselves first.
-pub(super) fn levels(faces: Vec<Level>, channels: usize) -> Vec<Vec<Level>> {
-    let mut means = mips::levels_of_faces(faces, channels, false);
-    let bordered = Means { levels: means.iter().map(|faces| Bordered::of(faces, channels)).collect(), channels };
-    let count = means.len();
-    for (i, level) in means.iter_mut().enumerate().skip(1) {
-        *level = bordered.seen_in(i, i as f64 / (count - 1) as f64);
+/// The levels of the six faces of a cube below the faces themselves.
+pub(super) fn further(faces: &[View<'_>], channels: usize) -> Vec<Vec<Level>> {
+    let mut means = mips::further_of_faces(faces, channels, false);
+    let mut levels = vec![Bordered::of(faces, channels)];
+    for faces in &means {
+        let faces: Vec<View<'_>> = faces.iter().map(Level::view).collect();
+        levels.push(Bordered::of(&faces, channels));
+    }
+    let bordered = Means { levels, channels };
+    let roughest = means.len();
+    for (level, faces) in means.iter_mut().enumerate() {
+        *faces = bordered.seen_in(level + 1, (level + 1) as f64 / roughest as f64);
     }
     means
 }
@@ -46,7 +51,7 @@ struct Bordered {
 }
 
 impl Bordered {
-    fn of(faces: &[Level], channels: usize) -> Vec<Self> {
+    fn of(faces: &[View<'_>], channels: usize) -> Vec<Self> {
         let bordered = |face: usize| {
             let side = faces[face].width;
             let all = -1..=side as i64;
@@ -57,7 +62,7 @@ impl Bordered {
     }
 
     /// A texel of a face, or, beyond its edges, of the face there.
-    fn texel(faces: &[Level], channels: usize, face: usize, place: [i64; 2]) -> Vec4 {
+    fn texel(faces: &[View<'_>], channels: usize, face: usize, place: [i64; 2]) -> Vec4 {
         let side = faces[face].width;
         let is_inside = place.iter().all(|place| (0..side as i64).contains(place));
         let (face, [x, y]) = if is_inside {

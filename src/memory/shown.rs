@@ -2,7 +2,7 @@
 
 use super::heights::Heights;
 use super::tally::Tally;
-use crate::encode::Output;
+use crate::encode::{Mips, Output};
 use crate::field::FieldBytes;
 use crate::job::Images;
 use crate::moment::{has_flat_rays, swept_bytes};
@@ -99,8 +99,15 @@ pub(super) fn shown(
     tally.keep("texels", float * made * texels * if traced { 2 } else { 1 });
     tally.pass("texels", passing);
     let file = match request.output {
-        // Colours have a fourth channel there, and levels are a third more, as texels and as bytes.
-        Output::Packed(_) => float * texels * (channels + 1) * 4 / 3 * 2,
+        // Beside the file there are its levels but the first one; for those of mirrors all of them once more, with four channels.
+        Output::Packed(packed) => {
+            let levels = match packed.mips {
+                Mips::None => 0,
+                Mips::Means => channels.div_ceil(3),
+                Mips::Specular => channels.div_ceil(3) + 6,
+            };
+            packed.bytes(size, channels as usize) + float * texels * levels
+        }
         _ => float * texels * channels,
     };
     tally.pass_on_host("texels", file);
