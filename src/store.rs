@@ -8,5 +8,5 @@ mod contract;
 mod folder;
 
 pub use atomic::{is_leftover, write_atomically};
-pub use contract::{Entry, Store, StoreError, Upkeep, is_part};
+pub use contract::{Blob, Entry, Store, StoreError, Upkeep, is_part};
 pub use folder::Folder;

@@ -2,6 +2,7 @@
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test stops where it fails")]
 
 use skyloom::store::{Folder, Store as _, StoreError, Upkeep as _, is_leftover, write_atomically};
+use std::io::Read as _;
 use std::path::PathBuf;
 use std::time::{Duration, SystemTime};
 
@@ -45,6 +46,25 @@ fn blobs_are_put_got_listed_and_deleted() {
     assert!(store.exists("a/b").unwrap() && store.delete("a/b").unwrap() && !store.exists("a/b").unwrap());
     assert!(matches!(store.put("../b", b"x"), Err(StoreError::Key(_))));
     assert!(matches!(store.get("a/B"), Err(StoreError::Key(_))));
+}
+
+#[test]
+fn blobs_are_written_and_read_piece_by_piece_and_none_of_another_length_is_kept() {
+    let place = Place::new("pieces");
+    let store = Folder::new(&place.0);
+    let bytes: Vec<u8> = (0..300_000_u32).map(|place| (place * 7 + place / 251) as u8).collect();
+    assert!(store.open("a/b").unwrap().is_none());
+    store.put_from("a/b", 300_000, &mut bytes.as_slice()).unwrap();
+    let mut blob = store.open("a/b").unwrap().unwrap();
+    // What is being read stays, whatever becomes of the key.
+    store.put("a/b", b"another").unwrap();
+    let mut read = Vec::new();
+    blob.bytes.read_to_end(&mut read).unwrap();
+    assert!((blob.length, read) == (300_000, bytes.clone()));
+    for length in [299_999, 300_001] {
+        assert!(store.put_from("a/b", length, &mut bytes.as_slice()).is_err());
+    }
+    assert_eq!((store.get("a/b").unwrap().unwrap(), place.names("a")), (b"another".to_vec(), vec!["b".to_owned()]));
 }
 
 #[test]

@@ -1,13 +1,14 @@
 //! A folder of the store for what can be made anew, within a quota: what was not used for longest goes when room is needed.
 //!
-//! Nothing is taken from anybody by that: a blob is read as a whole, and what was read of it stays in memory for as long as
-//! it is held. What is being made or written is not in the folder yet.
+//! Nothing is taken from anybody by that: a blob that is being read stays until it was, though its name is gone. What is being made or
+//! written is not in the folder yet.
 
 use std::collections::HashMap;
+use std::io::Read;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant, SystemTime};
 
-use skyloom::store::{Entry, Store, StoreError};
+use skyloom::store::{self, Entry, Store, StoreError};
 
 /// What other processes wrote is seen after so long.
 const SEEN: Duration = Duration::from_secs(60);
@@ -106,6 +107,25 @@ impl Bounded {
         known.blobs.insert(name.to_owned(), Blob { bytes, used: SystemTime::now(), noted: Some(Instant::now()) });
         Ok(true)
     }
+
+    /// Keeps a blob if there is room, or can be.
+    fn put_with_room(
+        &self,
+        key: &str,
+        bytes: u64,
+        put: impl FnOnce() -> Result<(), StoreError>,
+    ) -> Result<(), StoreError> {
+        let Some(name) = self.name(key) else { return put() };
+        if !self.make_room(name, bytes)? {
+            tracing::debug!(key, bytes, most = self.most, "not kept: larger than its quota");
+            return Ok(());
+        }
+        let put = put();
+        if put.is_err() {
+            self.lock().blobs.remove(name);
+        }
+        put
+    }
 }
 
 impl Store for Bounded {
@@ -117,17 +137,20 @@ impl Store for Bounded {
         Ok(bytes)
     }
 
+    fn open(&self, key: &str) -> Result<Option<store::Blob>, StoreError> {
+        let blob = self.store.open(key)?;
+        if blob.is_some() {
+            self.used(key);
+        }
+        Ok(blob)
+    }
+
     fn put(&self, key: &str, bytes: &[u8]) -> Result<(), StoreError> {
-        let Some(name) = self.name(key) else { return self.store.put(key, bytes) };
-        if !self.make_room(name, bytes.len() as u64)? {
-            tracing::debug!(key, bytes = bytes.len(), most = self.most, "not kept: larger than its quota");
-            return Ok(());
-        }
-        let put = self.store.put(key, bytes);
-        if put.is_err() {
-            self.lock().blobs.remove(name);
-        }
-        put
+        self.put_with_room(key, bytes.len() as u64, || self.store.put(key, bytes))
+    }
+
+    fn put_from(&self, key: &str, length: u64, bytes: &mut dyn Read) -> Result<(), StoreError> {
+        self.put_with_room(key, length, || self.store.put_from(key, length, bytes))
     }
 
     fn create(&self, key: &str, bytes: &[u8]) -> Result<bool, StoreError> {

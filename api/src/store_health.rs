@@ -1,10 +1,11 @@
 //! The store with an eye on it: whether it can be written at the moment, for readiness, and how often it could not.
 
+use std::io::{self, Read};
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
-use skyloom::store::{Entry, Store, StoreError};
+use skyloom::store::{Blob, Entry, Store, StoreError};
 
 use crate::mark;
 
@@ -22,7 +23,7 @@ pub struct Watched {
     /// The mark that it has to have, if it is to be the same one always.
     mark: Option<Vec<u8>>,
     seen: Mutex<Seen>,
-    failures: AtomicU64,
+    failures: Arc<AtomicU64>,
 }
 
 /// What was seen last of writing.
@@ -35,7 +36,7 @@ struct Seen {
 impl Watched {
     /// Watches a store that was just prepared.
     pub fn new(store: Arc<dyn Store>, mark: Option<Vec<u8>>) -> Self {
-        Self { store, mark, seen: Mutex::new(Seen { at: Instant::now(), fault: None }), failures: AtomicU64::new(0) }
+        Self { store, mark, seen: Mutex::new(Seen { at: Instant::now(), fault: None }), failures: Arc::default() }
     }
 
     fn lock(&self) -> MutexGuard<'_, Seen> {
@@ -96,6 +97,19 @@ impl Store for Watched {
         self.note(self.store.get(key))
     }
 
+    fn open(&self, key: &str) -> Result<Option<Blob>, StoreError> {
+        let blob = self.note(self.store.open(key))?;
+        let watched = |Blob { length, bytes }| Blob {
+            length,
+            bytes: Box::new(WatchedBytes { bytes, failures: Arc::clone(&self.failures) }),
+        };
+        Ok(blob.map(watched))
+    }
+
+    fn put_from(&self, key: &str, length: u64, bytes: &mut dyn Read) -> Result<(), StoreError> {
+        self.note_written(self.is_it().and_then(|()| self.store.put_from(key, length, bytes)))
+    }
+
     fn put(&self, key: &str, bytes: &[u8]) -> Result<(), StoreError> {
         self.note_written(self.is_it().and_then(|()| self.store.put(key, bytes)))
     }
@@ -121,11 +135,25 @@ impl Store for Watched {
     }
 }
 
+/// Bytes that may fail while they are read.
+struct WatchedBytes {
+    bytes: Box<dyn Read + Send>,
+    failures: Arc<AtomicU64>,
+}
+
+impl Read for WatchedBytes {
+    fn read(&mut self, into: &mut [u8]) -> io::Result<usize> {
+        let read = self.bytes.read(into);
+        if read.as_ref().is_err_and(|error| error.kind() != io::ErrorKind::Interrupted) {
+            self.failures.fetch_add(1, Ordering::Relaxed);
+        }
+        read
+    }
+}
+
 #[cfg(test)]
 #[allow(clippy::unwrap_used, reason = "a test stops where it fails")]
 mod tests {
-    use std::io;
-
     use axum::body::Body;
     use axum::http::{Request, StatusCode};
     use http_body_util::BodyExt as _;
@@ -153,6 +181,10 @@ mod tests {
             self.0.get(key)
         }
 
+        fn open(&self, _: &str) -> Result<Option<Blob>, StoreError> {
+            Ok(Some(Blob { length: 9, bytes: Box::new(Broken) }))
+        }
+
         fn put(&self, key: &str, bytes: &[u8]) -> Result<(), StoreError> {
             self.works()?;
             self.0.put(key, bytes)
@@ -178,6 +210,15 @@ mod tests {
 
         fn used(&self, key: &str) {
             self.0.used(key);
+        }
+    }
+
+    /// Bytes of a disk that fails in their midst.
+    struct Broken;
+
+    impl Read for Broken {
+        fn read(&mut self, _: &mut [u8]) -> io::Result<usize> {
+            Err(io::ErrorKind::TimedOut.into())
         }
     }
 
@@ -226,6 +267,8 @@ mod tests {
         *disk.1.lock().unwrap() = Some(failing(io::ErrorKind::ReadOnlyFilesystem));
         assert!(app.store.fault().is_some());
         assert_eq!(app.store.failures(), 5);
+        let mut blob = app.store.open("skies/0.json").unwrap().unwrap();
+        assert!(blob.bytes.read(&mut [0]).is_err() && app.store.failures() == 6, "also one after its beginning");
         *disk.1.lock().unwrap() = None;
         assert!(app.store.fault().is_some(), "not asked again at once");
         app.store.lock().at -= AGAIN;

@@ -19,7 +19,12 @@ const REPEATED: usize = 20;
 /// # Errors
 /// What the system says; what stood there before still does, then.
 pub fn write_atomically(path: &Path, bytes: &[u8]) -> io::Result<()> {
-    let (aside, folder) = written_aside(path, bytes)?;
+    write_atomically_by(path, |file| file.write_all(bytes))
+}
+
+/// The same of what is written to the file.
+pub(super) fn write_atomically_by(path: &Path, write: impl FnOnce(&mut File) -> io::Result<()>) -> io::Result<()> {
+    let (aside, folder) = written_aside(path, write)?;
     let done = fs::rename(&aside, path);
     if done.is_err() {
         // The first error is the one worth telling; what is left over here is removed some day.
@@ -30,7 +35,7 @@ pub fn write_atomically(path: &Path, bytes: &[u8]) -> io::Result<()> {
 
 /// Writes a file that is not there yet, whole or not at all; false when there is one.
 pub(super) fn create_atomically(path: &Path, bytes: &[u8]) -> io::Result<bool> {
-    let (aside, folder) = written_aside(path, bytes)?;
+    let (aside, folder) = written_aside(path, |file| file.write_all(bytes))?;
     // A second name, unlike a new one, is never given in place of another file.
     let linked = fs::hard_link(&aside, path);
     fs::remove_file(&aside).unwrap_or_default();
@@ -52,12 +57,12 @@ pub(super) fn create_atomically(path: &Path, bytes: &[u8]) -> io::Result<bool> {
     Ok(created)
 }
 
-/// Bytes in a synced file beside the one to be written, and the folder of both.
-fn written_aside<'a>(path: &'a Path, bytes: &[u8]) -> io::Result<(PathBuf, &'a Path)> {
+/// What is written, in a synced file beside the one to be written, and the folder of both.
+fn written_aside(path: &Path, write: impl FnOnce(&mut File) -> io::Result<()>) -> io::Result<(PathBuf, &Path)> {
     let name = path.file_name().ok_or_else(|| io::Error::other("a file name is missing"))?;
     let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
     let (aside, mut file) = create_aside(folder, name)?;
-    let written = file.write_all(bytes).and_then(|()| file.sync_all());
+    let written = write(&mut file).and_then(|()| file.sync_all());
     drop(file);
     if let Err(error) = written {
         fs::remove_file(&aside).unwrap_or_default();

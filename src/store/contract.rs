@@ -1,7 +1,7 @@
 //! What a store promises.
 
 use std::fmt;
-use std::io;
+use std::io::{self, Cursor, Read};
 use std::sync::Arc;
 use std::time::{Duration, SystemTime};
 
@@ -16,12 +16,31 @@ pub trait Store: fmt::Debug + Send + Sync {
     /// When the key is none, or reading fails.
     fn get(&self, key: &str) -> Result<Option<Vec<u8>>, StoreError>;
 
+    /// The same, to be read piece by piece: what is large need not be in memory.
+    ///
+    /// # Errors
+    /// As of [`Store::get`]. What goes wrong later is told where it is read.
+    fn open(&self, key: &str) -> Result<Option<Blob>, StoreError> {
+        Ok(self.get(key)?.map(Blob::from))
+    }
+
     /// Keeps bytes under a key, in place of what was there. Readers see the old bytes or the new ones, never a mixture, and
     /// once this returns the new ones outlive a loss of power.
     ///
     /// # Errors
     /// When the key is none, there is no space left, or writing fails.
     fn put(&self, key: &str, bytes: &[u8]) -> Result<(), StoreError>;
+
+    /// The same of exactly so many bytes that are read piece by piece.
+    ///
+    /// # Errors
+    /// As of [`Store::put`], and when they cannot be read or are others in number: then nothing is kept.
+    fn put_from(&self, key: &str, length: u64, bytes: &mut dyn Read) -> Result<(), StoreError> {
+        let mut all = Vec::with_capacity(usize::try_from(length).unwrap_or(0));
+        let read = bytes.read_to_end(&mut all).and_then(|read| is_length(read as u64, length));
+        read.map_err(StoreError::io("writing", key))?;
+        self.put(key, &all)
+    }
 
     /// Keeps bytes under a key that nobody has yet; false when somebody does. Of several who try at the same time, in whatever
     /// process, one succeeds.
@@ -51,6 +70,31 @@ pub trait Store: fmt::Debug + Send + Sync {
     /// Notes that a key is in use now: its [`Entry::modified`] becomes the present. A note that cannot be kept is lost without
     /// harm, as it does no more than put off the day on which a key is removed.
     fn used(&self, key: &str);
+}
+
+/// The bytes of a key, to be read once.
+pub struct Blob {
+    /// How many they are.
+    pub length: u64,
+    /// They, from the first on.
+    pub bytes: Box<dyn Read + Send>,
+}
+
+impl From<Vec<u8>> for Blob {
+    fn from(bytes: Vec<u8>) -> Self {
+        Self { length: bytes.len() as u64, bytes: Box::new(Cursor::new(bytes)) }
+    }
+}
+
+impl fmt::Debug for Blob {
+    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+        out.debug_struct("Blob").field("length", &self.length).finish_non_exhaustive()
+    }
+}
+
+/// An error where not as many bytes were read as there were to be.
+pub(super) fn is_length(read: u64, length: u64) -> io::Result<()> {
+    if read == length { Ok(()) } else { Err(io::Error::other(format!("{read} bytes in place of {length}"))) }
 }
 
 /// What those need who look after a whole store: they meet what no key leads to.
@@ -116,7 +160,8 @@ pub enum StoreError {
 }
 
 impl StoreError {
-    pub(crate) fn io(action: &'static str, key: &str) -> impl Fn(io::Error) -> Self {
+    /// What an error of the system makes of an action with a key.
+    pub fn io(action: &'static str, key: &str) -> impl Fn(io::Error) -> Self {
         move |cause| match cause.kind() {
             io::ErrorKind::StorageFull | io::ErrorKind::QuotaExceeded => Self::Full(key.to_owned()),
             _ => Self::Io { action, key: key.to_owned(), cause: Arc::new(cause) },

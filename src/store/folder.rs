@@ -1,12 +1,14 @@
 //! A store in a folder of the local disk.
 
 use std::fs::{self, File};
-use std::io;
+use std::io::{self, Read};
 use std::path::{Component, Path, PathBuf};
 use std::time::{SystemTime, UNIX_EPOCH};
 
-use super::atomic::{create_atomically, is_leftover, make_folder, rename_folder, write_atomically};
-use super::contract::{Entry, Store, StoreError, Upkeep, is_part};
+use super::atomic::{
+    create_atomically, is_leftover, make_folder, rename_folder, write_atomically, write_atomically_by,
+};
+use super::contract::{Blob, Entry, Store, StoreError, Upkeep, is_length, is_part};
 
 /// A store in a folder of the local disk: the key `images/3f2a` is the file `images/3f2a`. Files of other names are left
 /// alone.
@@ -62,9 +64,28 @@ impl Store for Folder {
         found(fs::read(self.path(key)?)).map_err(StoreError::io("reading", key))
     }
 
+    fn open(&self, key: &str) -> Result<Option<Blob>, StoreError> {
+        if !self.exists(key)? {
+            return Ok(None);
+        }
+        let path = self.path(key)?;
+        let open = || {
+            let file = File::open(path)?;
+            Ok(Blob { length: file.metadata()?.len(), bytes: Box::new(file) })
+        };
+        found(open()).map_err(StoreError::io("reading", key))
+    }
+
     fn put(&self, key: &str, bytes: &[u8]) -> Result<(), StoreError> {
         let path = self.path(key)?;
         let write = || cleared(&path).and_then(|()| write_atomically(&path, bytes));
+        write().map_err(StoreError::io("writing", key))
+    }
+
+    fn put_from(&self, key: &str, length: u64, bytes: &mut dyn Read) -> Result<(), StoreError> {
+        let path = self.path(key)?;
+        let copy = |file: &mut File| io::copy(bytes, file).and_then(|copied| is_length(copied, length));
+        let write = || cleared(&path).and_then(|()| write_atomically_by(&path, copy));
         write().map_err(StoreError::io("writing", key))
     }
 
