@@ -148,6 +148,7 @@ impl App {
         let textures = bounded(finished::FOLDER, config.store.texture_bytes);
         let finished = (config.store.texture_bytes > 0).then(|| Finished::new(Arc::<Bounded>::clone(&textures)));
         let spool = Arc::new(Spool::new(config.spool().map(Path::to_owned), limits.reply_disk_bytes));
+        let deliveries = Arc::new(Budget::new(limits.reply_memory_bytes));
         let started = SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |since| since.as_secs());
         Ok(Self {
             store: watched,
@@ -163,13 +164,18 @@ impl App {
                 SideBySide::new(config.render.side_by_side),
             )
             .map_err(OpenError::Thread)?,
-            replies: Replies::new(cache.memory_bytes, finished, Arc::clone(&spool)),
+            replies: Replies::new(
+                cache.memory_bytes,
+                finished,
+                Arc::clone(&spool),
+                (Arc::clone(&deliveries), config.queue.timeout()),
+            ),
             spool,
             bounded: [tables, textures],
             meanings: Meanings::default(),
             tables: SingleFlight::default(),
             image_work: Gate::new(IMAGE_WORK),
-            deliveries: Arc::new(Budget::new(limits.reply_memory_bytes)),
+            deliveries,
             uploads: Arc::new(Budget::new(limits.upload_memory_bytes)),
             metrics: Metrics::default(),
             connections: Arc::default(),

@@ -4,10 +4,14 @@
 //! Written here, and not by the crate `zip`: written without seeking, its archives have the sizes of stored files behind them, where
 //! programs that unpack a stream cannot find them. These lines need no more than the checksum of `flate2`.
 
-use axum::body::Bytes;
-use flate2::Crc;
+use std::io;
 
+use axum::body::Bytes;
+use flate2::CrcReader;
+
+use crate::app::blocking;
 use crate::problem::ApiError;
+use crate::spool::Content;
 
 /// The first day that the format can tell, 1980-01-01: the same files always make the same archive.
 const DATE: u16 = 1 << 5 | 1;
@@ -20,6 +24,28 @@ const FLAGS: u16 = 1 << 11;
 const FULL: u64 = u32::MAX as u64;
 const MANY: u64 = u16::MAX as u64;
 
+/// What an archive says of a file.
+#[derive(Clone, Copy, Debug)]
+pub struct Sum {
+    length: u64,
+    crc: u32,
+}
+
+impl Sum {
+    /// Reads a file for it.
+    pub fn of(file: &Content) -> io::Result<Self> {
+        let mut crc = CrcReader::new(file.reader());
+        let length = io::copy(&mut crc, &mut io::sink())?;
+        Ok(Self { length, crc: crc.crc().sum() })
+    }
+}
+
+/// The same from where others do not wait.
+pub async fn sum(file: &Content) -> Result<Sum, ApiError> {
+    let file = file.clone();
+    blocking(move || Sum::of(&file).map_err(|error| ApiError::Internal(error.to_string()))).await
+}
+
 /// An archive in the making: what its end has to say.
 #[derive(Debug, Default)]
 pub struct Archive {
@@ -31,21 +57,19 @@ pub struct Archive {
 
 impl Archive {
     /// What stands in the archive before a file, which has to follow as it is.
-    pub fn before(&mut self, name: &str, file: &[u8]) -> Result<Bytes, ApiError> {
-        let large = |_| ApiError::Internal(format!("{name} has {} bytes, too many for an archive", file.len()));
-        let size = u32::try_from(file.len()).map_err(large)?;
-        let mut crc = Crc::new();
-        crc.update(file);
+    pub fn before(&mut self, name: &str, file: &Sum) -> Result<Bytes, ApiError> {
+        let large = |_| ApiError::Internal(format!("{name} has {} bytes, too many for an archive", file.length));
+        let size = u32::try_from(file.length).map_err(large)?;
         let offset = self.length;
         let far = offset >= FULL;
         let [method, time] = [0_u16; 2];
         let words = [FLAGS, method, time, DATE].map(u16::to_le_bytes);
-        let sizes = [crc.sum(), size, size].map(u32::to_le_bytes);
+        let sizes = [file.crc, size, size].map(u32::to_le_bytes);
         // Names are those of textures: a dozen bytes.
         let name_length = (name.len() as u16).to_le_bytes();
         let common = [words.as_flattened(), sizes.as_flattened(), &name_length].concat();
         let head = [&b"PK\x03\x04"[..], &VERSION.to_le_bytes(), &common[..], &[0; 2], name.as_bytes()].concat();
-        self.length += (head.len() + file.len()) as u64;
+        self.length += head.len() as u64 + file.length;
 
         let place = if far { u32::MAX } else { offset as u32 };
         let mut wide = Vec::new();
@@ -105,7 +129,7 @@ mod tests {
     #[test]
     fn places_beyond_four_gibibytes_have_fields_of_their_own() {
         let mut archive = Archive { length: FULL + 5, count: MANY, ..Archive::default() };
-        let head = archive.before("a.f32", b"1234").unwrap();
+        let head = archive.before("a.f32", &Sum::of(&Content::Memory("1234".into())).unwrap()).unwrap();
         assert_eq!(head.len(), 30 + 5);
         let end = archive.end();
         // The entry, with its extra field.

@@ -108,6 +108,19 @@ impl Share {
         self.budget.give_back(&self.client, self.bytes - left);
         self.bytes = left;
     }
+
+    /// What there is after all. Of more than was asked for others are the fewer: it is there already.
+    pub fn correct(&mut self, bytes: u64) {
+        if bytes > self.bytes {
+            let more = bytes - self.bytes;
+            let mut used = self.budget.lock();
+            used.total = used.total.saturating_add(more);
+            *used.by.entry(self.client.clone()).or_default() += more;
+            self.bytes = bytes;
+        } else {
+            self.shrink(bytes);
+        }
+    }
 }
 
 impl Drop for Share {
@@ -144,6 +157,10 @@ mod tests {
         assert!(take(2, 1).is_none(), "what is too large is alone");
         whole.shrink(3000);
         assert!(take(1, 300).is_none() && take(2, 2000).is_some());
+        whole.correct(7000);
+        assert!((budget.used(), take(2, 1).is_none()) == (7000, true), "what is there counts, with room or without");
+        whole.correct(200);
+        assert_eq!(budget.used(), 200);
     }
 
     #[tokio::test]

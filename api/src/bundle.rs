@@ -5,7 +5,7 @@
 
 mod wanted;
 
-use std::collections::VecDeque;
+use std::io;
 use std::sync::Arc;
 use std::time::Instant;
 
@@ -20,7 +20,7 @@ use skyloom::request::Request;
 use skyloom::scene::Scene;
 
 use crate::app::{App, blocking};
-use crate::archive::Archive;
+use crate::archive::{self, Archive};
 use crate::client::Client;
 use crate::deliver::{Delivery, HasShare};
 use crate::problem::{ApiError, field_problems};
@@ -55,18 +55,16 @@ pub async fn post(State(app): State<Arc<App>>, client: Client, request: HttpRequ
         let given = textures::given(&app, &id, scene, texture.request, &client).await;
         let given = given.map_err(|error| of_texture(number, error))?;
         app.metrics.looked_up(given.was_kept);
-        let bytes = given.reply.content.whole().await?;
-        made.push((texture.file.clone(), texture.request, given.reply.shape, bytes));
+        made.push((texture.file.clone(), texture.request, given.reply.shape, given.reply.content.clone()));
     }
     let (media_type, pieces) = match wanted.kind {
         Kind::Zip => {
             let sun = sun::at(&app, scene, (wanted.time_s, Axes::Enu), &client).await.map_err(of_scene)?;
-            ("application/zip", archive(&wanted, &id, &made, sun)?)
+            ("application/zip", archive(&wanted, &id, &made, sun).await?)
         }
-        Kind::Exr => (Format::Exr.media_type(), VecDeque::from([one_file(made).await?])),
+        Kind::Exr => (Format::Exr.media_type(), vec![one_file(made).await?]),
     };
-    let aside = app.spool.put(pieces.iter().cloned().collect(), &client).await;
-    let pieces = aside.map_or_else(|| pieces.into_iter().map(Content::Memory).collect(), |aside| vec![aside]);
+    let pieces = aside(&app, pieces, &client).await?;
     room.shrink(pieces.iter().map(Content::in_memory).sum());
     let headers = [(header::CONTENT_TYPE, media_type), (header::CACHE_CONTROL, "no-store")];
     let mut response = (headers, Delivery::of_parts(pieces, Arc::new(room))).into_response();
@@ -91,33 +89,50 @@ fn of_texture(number: usize, error: ApiError) -> ApiError {
 }
 
 /// The file of a texture, what was asked for, and what came: its shape and its bytes.
-type Made = (String, Request, [u32; 3], Bytes);
+type Made = (String, Request, [u32; 3], Content);
+
+/// Pieces as one, if they are to be put aside together.
+async fn aside(app: &App, pieces: Vec<Content>, client: &Client) -> Result<Vec<Content>, ApiError> {
+    let length = pieces.iter().map(Content::length).sum();
+    let mut sink = app.spool.sink(client, length);
+    if sink.in_memory() == length {
+        return Ok(pieces);
+    }
+    let copy = move || {
+        let copied = pieces.iter().try_for_each(|piece| io::copy(&mut piece.reader(), &mut sink).map(|_| ()));
+        copied.map_err(|error| ApiError::Internal(error.to_string()))?;
+        Ok(vec![sink.end()])
+    };
+    blocking(copy).await
+}
 
 /// Textures as parts of an OpenEXR file, named as their files would be.
-async fn one_file(made: Vec<Made>) -> Result<Bytes, ApiError> {
+async fn one_file(made: Vec<Made>) -> Result<Content, ApiError> {
+    let mut parts: Vec<(String, Bytes)> = Vec::with_capacity(made.len());
+    for (file, _, _, content) in made {
+        parts.push((file.trim_end_matches(".exr").to_owned(), content.whole().await?));
+    }
     let put = move || {
-        let part = |(file, _, _, bytes): &Made| (file.trim_end_matches(".exr").to_owned(), bytes.clone());
-        let parts: Vec<(String, Bytes)> = made.iter().map(part).collect();
         let parts: Vec<(&str, &[u8])> = parts.iter().map(|(name, bytes)| (name.as_str(), &bytes[..])).collect();
         to_multi_part(&parts).map_err(|error| ApiError::Internal(error.to_string()))
     };
-    Ok(blocking(put).await?.into())
+    Ok(Content::Memory(blocking(put).await?.into()))
 }
 
-fn archive(wanted: &Wanted, id: &str, made: &[Made], sun: Value) -> Result<VecDeque<Bytes>, ApiError> {
+async fn archive(wanted: &Wanted, id: &str, made: &[Made], sun: Value) -> Result<Vec<Content>, ApiError> {
     let listed: Vec<_> = made.iter().map(|texture| describe(&wanted.scene, texture)).collect();
     let index = json!({
         "version": *skyloom::VERSION, "id": id, "time_s": wanted.time_s, "textures": listed, "sun": sun,
         "scene": wanted.scene.to_json(),
     });
-    let index = Bytes::from(format!("{index:#}\n"));
-    let files = made.iter().map(|(file, _, _, bytes)| (file.as_str(), bytes.clone()));
-    let (mut archive, mut pieces) = (Archive::default(), VecDeque::new());
+    let index = Content::Memory(format!("{index:#}\n").into());
+    let files = made.iter().map(|(file, _, _, content)| (file.as_str(), content.clone()));
+    let (mut archive, mut pieces) = (Archive::default(), Vec::new());
     for (name, file) in files.chain([(INDEX, index)]) {
-        pieces.push_back(archive.before(name, &file)?);
-        pieces.push_back(file);
+        let head = archive.before(name, &archive::sum(&file).await?)?;
+        pieces.extend([Content::Memory(head), file]);
     }
-    pieces.push_back(archive.end());
+    pieces.push(Content::Memory(archive.end()));
     Ok(pieces)
 }
 

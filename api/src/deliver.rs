@@ -36,28 +36,39 @@ pub struct Delivery {
 
 /// What is left of a content.
 #[derive(Debug)]
-enum Part {
+pub enum Part {
+    /// In memory.
     Memory(Bytes),
-    File { file: Arc<Spooled>, rest: Range<u64>, reading: Option<JoinHandle<io::Result<Bytes>>> },
+    /// In a file.
+    File {
+        /// The file.
+        file: Arc<Spooled>,
+        /// What of it.
+        rest: Range<u64>,
+        /// The next piece.
+        reading: Option<JoinHandle<io::Result<Bytes>>>,
+    },
 }
 
 impl Part {
-    fn of(content: Content) -> Self {
+    /// All of a content.
+    pub fn of(content: Content) -> Self {
         match content {
             Content::Memory(bytes) => Self::Memory(bytes),
             Content::File(file) => Self::File { rest: 0..file.length(), file, reading: None },
         }
     }
 
-    fn length(&self) -> u64 {
+    /// How many bytes are left.
+    pub fn length(&self) -> u64 {
         match self {
             Self::Memory(bytes) => bytes.len() as u64,
             Self::File { rest, .. } => rest.end - rest.start,
         }
     }
 
-    /// The next piece, none of which is empty.
-    fn poll(&mut self, cx: &mut Context<'_>) -> Poll<io::Result<Bytes>> {
+    /// The next piece, as long as something is left.
+    pub fn poll(&mut self, cx: &mut Context<'_>) -> Poll<io::Result<Bytes>> {
         match self {
             Self::Memory(bytes) => Poll::Ready(Ok(bytes.split_to(PIECE.min(bytes.len())))),
             Self::File { file, rest, reading } => {

@@ -8,6 +8,7 @@
 
 mod query;
 
+use std::future::poll_fn;
 use std::io;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -22,17 +23,16 @@ use skyloom::request::Request;
 use tokio::sync::OwnedSemaphorePermit;
 
 use crate::app::App;
-use crate::archive::Archive;
+use crate::archive::{self, Archive};
 use crate::budget::Share;
 use crate::client::Client;
+use crate::deliver::Part;
 use crate::problem::ApiError;
 use crate::{textures, version};
 use query::Wanted;
 
 /// Between two tries to get a place in line.
 const PAUSE: Duration = Duration::from_millis(500);
-/// Bytes handed on at a time.
-const PIECE: usize = 64 << 10;
 
 /// A film on its way.
 struct Film {
@@ -46,7 +46,7 @@ struct Film {
     /// Taken when it ends.
     archive: Option<Archive>,
     /// What of the frame before is not sent yet, and its share of what replies may take.
-    rest: Bytes,
+    rest: Option<Part>,
     share: Option<Arc<Share>>,
     /// Its place among the streams that are open.
     _place: OwnedSemaphorePermit,
@@ -73,7 +73,7 @@ pub async fn get(
         wanted,
         next,
         archive: Some(Archive::default()),
-        rest: Bytes::new(),
+        rest: None,
         share: None,
         _place: place,
     };
@@ -99,11 +99,11 @@ pub async fn get(
 impl Film {
     /// What is sent next; `None` at the end.
     async fn piece(&mut self) -> Result<Option<Bytes>, ApiError> {
-        if !self.rest.is_empty() {
-            let length = PIECE.min(self.rest.len());
-            return Ok(Some(self.rest.split_to(length)));
+        if let Some(rest) = self.rest.as_mut().filter(|rest| rest.length() > 0) {
+            let piece = poll_fn(|cx| rest.poll(cx)).await;
+            return piece.map(Some).map_err(|error| ApiError::Internal(error.to_string()));
         }
-        self.share = None;
+        (self.rest, self.share) = (None, None);
         if self.next == self.wanted.times.count {
             return Ok(self.archive.take().map(Archive::end));
         }
@@ -125,12 +125,13 @@ impl Film {
             }
         };
         app.metrics.looked_up(given.was_kept);
-        let (rest, share) =
-            given.in_memory(&app.deliveries, client, Instant::now() + app.config.queue.timeout()).await?;
-        (self.rest, self.share) = (rest, Some(share));
+        let share = given.share(&app.deliveries, client, Instant::now() + app.config.queue.timeout()).await?;
+        let content = given.reply.content.clone();
+        let sum = archive::sum(&content).await?;
+        (self.rest, self.share) = (Some(Part::of(content)), Some(share));
         let name = self.wanted.name(self.next);
         self.next += 1;
         let archive = self.archive.as_mut().ok_or_else(|| ApiError::Internal("a film after its end".to_owned()))?;
-        archive.before(&name, &self.rest)
+        archive.before(&name, &sum)
     }
 }

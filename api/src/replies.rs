@@ -5,8 +5,6 @@ use std::sync::atomic::AtomicBool;
 use std::sync::{Arc, Mutex, PoisonError, Weak};
 use std::time::{Duration, Instant};
 
-use axum::body::Bytes;
-
 use crate::budget::{Budget, Share};
 use crate::client::Client;
 use crate::finished::{About, Finished};
@@ -56,7 +54,7 @@ pub struct Given {
     pub reply: Arc<Reply>,
     /// It was in memory, or in the store.
     pub was_kept: bool,
-    /// The share of a reply that was made for this.
+    /// The share of a reply that was made, or read, for this.
     pub share: Option<Arc<Share>>,
 }
 
@@ -77,24 +75,6 @@ impl Given {
         *shared() = Arc::downgrade(&share);
         Ok(share)
     }
-
-    /// The bytes in memory, also of a reply that was put aside, with their share.
-    pub async fn in_memory(
-        &self,
-        budget: &Arc<Budget>,
-        client: &Client,
-        deadline: Instant,
-    ) -> Result<(Bytes, Arc<Share>), ApiError> {
-        let content = &self.reply.content;
-        let share = match content {
-            Content::Memory(_) => self.share(budget, client, deadline).await?,
-            Content::File(_) => {
-                let share = budget.take(client, content.length(), deadline).await;
-                Arc::new(share.ok_or(ApiError::Crowded)?)
-            }
-        };
-        Ok((content.whole().await?, share))
-    }
 }
 
 /// Replies by entity tag.
@@ -103,17 +83,25 @@ pub struct Replies {
     kept: moka::sync::Cache<String, Arc<Reply>>,
     finished: Option<Finished>,
     spool: Arc<Spool>,
+    memory: Arc<Budget>,
+    patience: Duration,
     runs: SingleFlight<Result<Given, Stopped>>,
 }
 
 impl Replies {
-    /// Keeps replies of so many bytes together in memory, those put aside among them, and, if there is such a place, in the store.
-    pub fn new(memory_bytes: u64, finished: Option<Finished>, spool: Arc<Spool>) -> Self {
+    /// Keeps replies of so many bytes together in memory, those put aside among them, and, if there is such a place, in the store. What comes
+    /// from there is put aside or has its share of a budget, for which it waits with so much patience.
+    pub fn new(
+        memory_bytes: u64,
+        finished: Option<Finished>,
+        spool: Arc<Spool>,
+        (memory, patience): (Arc<Budget>, Duration),
+    ) -> Self {
         let weigh = |_: &String, reply: &Arc<Reply>| {
             u32::try_from(reply.content.length() + size_of::<Reply>() as u64).unwrap_or(u32::MAX)
         };
         let kept = moka::sync::Cache::builder().max_capacity(memory_bytes).weigher(weigh).build();
-        Self { kept, finished, spool, runs: SingleFlight::default() }
+        Self { kept, finished, spool, memory, patience, runs: SingleFlight::default() }
     }
 
     /// A reply that is in memory.
@@ -150,20 +138,22 @@ impl Replies {
                 let found = look(&self.kept);
                 let made = found.is_none().then(|| make(cancelled));
                 let (kept, finished, tag) = (self.kept.clone(), self.finished.clone(), tag.to_owned());
-                let (spool, client) = (Arc::clone(&self.spool), client.clone());
+                let (spool, memory, client) = (Arc::clone(&self.spool), Arc::clone(&self.memory), client.clone());
+                let deadline = Instant::now() + self.patience;
                 async move {
                     match (found, made) {
                         (Some(given), _) => Ok(given),
                         (None, Some(made)) => {
-                            if let Some(finished) = &finished
-                                && let Some((About { depth, shape }, bytes)) = finished.load(&tag).await
-                            {
-                                let aside = spool.put(vec![bytes.clone()], &client).await;
-                                let content = aside.unwrap_or(Content::Memory(bytes));
-                                let (timings, share) = (Vec::new(), Mutex::default());
+                            let found = match &finished {
+                                Some(finished) => finished.load(&tag, (&spool, &memory), &client, deadline).await?,
+                                None => None,
+                            };
+                            if let Some((About { depth, shape }, content, share)) = found {
+                                let given = Arc::new(share);
+                                let (timings, share) = (Vec::new(), Mutex::new(Arc::downgrade(&given)));
                                 let reply = Arc::new(Reply { content, depth, media_type, shape, timings, share });
                                 kept.insert(tag, Arc::clone(&reply));
-                                return Ok(Given { reply, was_kept: true, share: None });
+                                return Ok(Given { reply, was_kept: true, share: Some(given) });
                             }
                             let (reply, share) = made.await?;
                             if let Some(finished) = &finished {

@@ -31,6 +31,7 @@ use crate::render_queue::{Adapter, Failure, cost_of, failure};
 use crate::replies::{Given, Reply, Stopped};
 use crate::single_flight::raised;
 use crate::spending;
+use crate::spool::{Room, encode_in_memory};
 use crate::table_work;
 use crate::version::{self, Caching};
 
@@ -260,9 +261,11 @@ async fn make(
         () = raised(&cancelled) => return Err(Stopped::Cancelled),
     };
     let deadline = Instant::now() + app.config.queue.timeout();
-    // Room for the reply, before there is something that would need it.
+    // Room for the reply, before there is something that would need it: on the disk, or else in memory.
     let expected = expected_bytes(job.request(), job.scene());
-    let share = app.deliveries.take(&client, expected, deadline).await;
+    let room = app.spool.room(&client, expected);
+    let in_memory = if room.is_some() { Room::WHILE_MADE } else { expected };
+    let share = app.deliveries.take(&client, in_memory, deadline).await;
     let mut share = share.ok_or(ApiError::Crowded)?;
     let held = match app.queue.render(Arc::new(job), &client, deadline, cancelled).await {
         Ok(held) => held,
@@ -272,14 +275,14 @@ async fn make(
     let reply = blocking(move || {
         let start = Instant::now();
         let picture = held.picture;
-        let encoded = app.spool.encode(&picture, &client, expected).map_err(|error| ApiError::from(failure(error)));
-        let (content, written) = encoded?;
+        let encoded = room.map_or_else(|| encode_in_memory(&picture), |room| room.encode(&picture));
+        let (content, written) = encoded.map_err(|error| ApiError::from(failure(error)))?;
         let mut timings = picture.timings;
         timings.push(("encode", start.elapsed()));
         let reason = written.reason.map_or_else(String::new, |reason| format!(";reason=\"{reason}\""));
         let depth = format!("{}{reason}", written.bits);
         app.metrics.rendered(&client, &timings);
-        share.shrink(content.in_memory());
+        share.correct(content.in_memory());
         let share = Arc::new(share);
         let on_its_way = Mutex::new(Arc::downgrade(&share));
         let shape = picture.shape;
@@ -292,12 +295,12 @@ async fn make(
 /// Bytes of a texture's file at most, but for what it says of itself.
 pub fn expected_bytes(request: &Request, scene: &Scene) -> u64 {
     let [across, down] = request.texels(scene).map(u64::from);
-    let channels = request.wanted.channels().len() as u64;
-    let bytes = across * down * channels * size_of::<f32>() as u64;
+    let channels = request.wanted.channels().len();
+    let of_values = |bytes: usize| across * down * (channels * bytes) as u64;
     let bytes = match request.output {
-        // Colours have a fourth channel there, and levels are a third more.
-        Output::Packed(_) => bytes * 4 / 3 * 4 / 3 + 64,
-        _ => bytes,
+        Output::Packed(packed) => packed.bytes(request.texels(scene), channels),
+        Output::F16 { .. } => of_values(2),
+        _ => of_values(size_of::<f32>()),
     };
     bytes + ABOUT_ITSELF
 }

@@ -16,6 +16,7 @@ use super::streams::read;
 use crate::clock;
 use crate::config::{Jobs as Most, Limits};
 use crate::jobs::{FrameFolder, Spec};
+use crate::spool::Content;
 
 /// Frames of a run at most.
 const MOST_FRAMES: usize = 1_000_000;
@@ -88,7 +89,7 @@ pub(super) fn command(options: &ArgMatches) -> Result<(), Fault> {
                 let job = job.at(*time_s);
                 let texture = renderer.render(&job, &Watch::default()).map_err(fault)?;
                 let encoded = skyloom::render::encode(&texture, &job).map_err(fault)?;
-                files.push((file.clone(), encoded.bytes.into()));
+                files.push((file.clone(), Content::Memory(encoded.bytes.into())));
             }
             frames.keep(*at, *time_s, &spec.definition, &files).map_err(failed)?;
             made += 1;

@@ -5,18 +5,18 @@
 //! again when the folder is opened.
 
 use std::collections::{BTreeMap, HashSet};
-use std::fmt;
+use std::io::{self, Write};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant, SystemTime};
 
-use axum::body::Bytes;
 use serde_json::{Value, json};
-use skyloom::image::sha256_hex;
+use sha2::{Digest as _, Sha256};
 use skyloom::store::{Entry, Store, StoreError};
 
 use super::claim::{Claims, Held};
 use super::record::{File, Frame, Name, file_name, read_name, record_name};
 use crate::clock;
+use crate::spool::{Content, pass};
 
 /// The frames by the moment at which they are due.
 type Frames = BTreeMap<i64, Frame>;
@@ -58,23 +58,19 @@ pub struct FrameFolder {
 }
 
 /// What came of reading a file.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Found {
-    /// The file, and its hash.
-    Whole(Bytes, String),
+    /// It was as its record says.
+    Whole,
     /// There is no such frame, or no such file of it.
     Unknown,
     /// It was there and is damaged or gone; the frame is forgotten.
     Lost,
 }
 
-impl fmt::Debug for Found {
-    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
-        out.write_str(match self {
-            Self::Whole(..) => "Whole",
-            Self::Unknown => "Unknown",
-            Self::Lost => "Lost",
-        })
-    }
+/// A hash in the digits that records have.
+fn hex(hash: Sha256) -> String {
+    hash.finalize().iter().map(|byte| format!("{byte:02x}")).collect()
 }
 
 fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
@@ -214,15 +210,18 @@ impl FrameFolder {
     }
 
     /// Keeps a frame: its files first, then its record.
-    pub fn keep(&self, at_ms: i64, time: f64, definition: &str, files: &[(String, Bytes)]) -> Result<(), StoreError> {
+    pub fn keep(&self, at_ms: i64, time: f64, definition: &str, files: &[(String, Content)]) -> Result<(), StoreError> {
         let is_closed = lock(&self.is_closed);
         if *is_closed {
             return Ok(());
         }
         let mut hashes = BTreeMap::new();
-        for (file, bytes) in files {
-            self.store.put(&self.key(&file_name(at_ms, file)), bytes)?;
-            hashes.insert(file.clone(), File { sha256: sha256_hex(bytes), bytes: bytes.len() as u64 });
+        for (file, content) in files {
+            let (key, length) = (self.key(&file_name(at_ms, file)), content.length());
+            let mut hash = Sha256::new();
+            pass(&mut content.reader(), &mut hash, &mut io::sink()).map_err(StoreError::io("writing", &key))?;
+            self.store.put_from(&key, length, &mut content.reader())?;
+            hashes.insert(file.clone(), File { sha256: hex(hash), bytes: length });
         }
         let frame = Frame { time, definition: definition.to_owned(), version: skyloom::VERSION.clone(), files: hashes };
         self.store.put(&self.key(&record_name(at_ms)), frame.record(at_ms).as_bytes())?;
@@ -268,16 +267,28 @@ impl FrameFolder {
         Ok(())
     }
 
-    /// A file of a frame, if it is whole.
-    pub fn read(&self, at_ms: i64, file: &str) -> Result<Found, StoreError> {
-        let known = lock(&self.frames).get(&at_ms).and_then(|frame| frame.files.get(file).cloned());
-        let Some(known) = known else { return Ok(Found::Unknown) };
-        let bytes = self.store.get(&self.key(&file_name(at_ms, file)))?;
-        match bytes.filter(|bytes| sha256_hex(bytes) == known.sha256) {
-            Some(bytes) => Ok(Found::Whole(bytes.into(), known.sha256)),
+    /// What is known of a file of a frame, sound or not.
+    pub fn known(&self, at_ms: i64, file: &str) -> Option<File> {
+        lock(&self.frames).get(&at_ms).and_then(|frame| frame.files.get(file).cloned())
+    }
+
+    /// Reads a file of a frame and passes it on: it is worth something if it was whole.
+    pub fn read(&self, at_ms: i64, file: &str, to: &mut dyn Write) -> Result<Found, StoreError> {
+        let Some(known) = self.known(at_ms, file) else { return Ok(Found::Unknown) };
+        let key = self.key(&file_name(at_ms, file));
+        let is_whole = match self.store.open(&key)?.filter(|blob| blob.length == known.bytes) {
+            Some(mut blob) => {
+                let mut hash = Sha256::new();
+                pass(&mut blob.bytes, &mut hash, to).map_err(StoreError::io("reading", &key))?;
+                hex(hash) == known.sha256
+            }
+            None => false,
+        };
+        match is_whole {
+            true => Ok(Found::Whole),
             // It may have been dropped meanwhile for its age, by whichever server.
-            None if !self.has(at_ms) || !self.store.exists(&self.key(&record_name(at_ms)))? => Ok(Found::Unknown),
-            None => {
+            false if !self.has(at_ms) || !self.store.exists(&self.key(&record_name(at_ms)))? => Ok(Found::Unknown),
+            false => {
                 tracing::warn!(job = self.job, file = file_name(at_ms, file), "a file of a frame is damaged or gone");
                 self.drop_frame(at_ms)?;
                 Ok(Found::Lost)
@@ -290,7 +301,7 @@ impl FrameFolder {
         let frame = lock(&self.frames).get(&at_ms).cloned();
         let Some(frame) = frame.filter(|frame| frame.version == *skyloom::VERSION) else { return Ok(false) };
         for file in frame.files.keys() {
-            if !matches!(self.read(at_ms, file)?, Found::Whole(..)) {
+            if self.read(at_ms, file, &mut io::sink())? != Found::Whole {
                 return Ok(false);
             }
         }
@@ -364,7 +375,7 @@ mod tests {
 
     fn fill(folder: &FrameFolder) {
         for number in 0..4 {
-            let bytes = Bytes::from(vec![u8::try_from(number).unwrap(); 9]);
+            let bytes = Content::Memory(vec![u8::try_from(number).unwrap(); 9].into());
             let files = [("cloud.exr".to_owned(), bytes.clone()), ("sky.png".to_owned(), bytes)];
             folder.keep(AT + number * 1000, number as f64, "d", &files).unwrap();
         }
@@ -421,6 +432,6 @@ mod tests {
         let manifest: Value = serde_json::from_str(&read("manifest.json").unwrap()).unwrap();
         let times: Vec<_> = manifest["frames"].as_array().unwrap().iter().map(|frame| frame["time"].clone()).collect();
         assert_eq!(times, [1.0, 2.0, 3.0], "one that was due, and those to come");
-        assert!(folder.total() == (3, 54) && matches!(folder.read(AT, "sky.png").unwrap(), Found::Unknown));
+        assert!(folder.total() == (3, 54) && folder.read(AT, "sky.png", &mut io::sink()).unwrap() == Found::Unknown);
     }
 }

@@ -1,7 +1,9 @@
 //! `/v1/jobs`: jobs are given, looked at, changed and deleted, and their frames read.
 
 use std::sync::Arc;
+use std::time::Instant;
 
+use axum::body::Body;
 use axum::extract::{Path, Request, State};
 use axum::http::{HeaderMap, StatusCode, header};
 use axum::response::{IntoResponse, Response};
@@ -17,6 +19,7 @@ use super::runner;
 use super::spec::{self, Spec, problem};
 use crate::app::{App, blocking};
 use crate::client::Client;
+use crate::deliver::{Delivery, HasShare};
 use crate::problem::{ApiError, FieldProblem, field_problems};
 use crate::{body, clock, meaning, textures};
 
@@ -134,12 +137,7 @@ async fn remove(State(app): State<Arc<App>>, Path(id): Path<String>) -> Result<S
 }
 
 /// Bytes with a strong tag, or that they are known.
-fn tagged(
-    headers: &HeaderMap,
-    media_type: &'static str,
-    sha256: &str,
-    bytes: axum::body::Bytes,
-) -> Result<Response, ApiError> {
+fn tagged(headers: &HeaderMap, media_type: &'static str, sha256: &str, body: Body) -> Result<Response, ApiError> {
     let tag = sha256.get(..TAG).unwrap_or(sha256);
     let value = meaning::tag_value(tag)?;
     if meaning::not_modified(headers, tag) {
@@ -151,7 +149,7 @@ fn tagged(
         (header::CACHE_CONTROL, header::HeaderValue::from_static("no-cache")),
         (header::CONTENT_TYPE, header::HeaderValue::from_static(media_type)),
     ];
-    Ok((told, bytes).into_response())
+    Ok((told, body).into_response())
 }
 
 fn json_document(headers: &HeaderMap, text: String) -> Result<Response, ApiError> {
@@ -183,6 +181,7 @@ async fn manifest(
 async fn frame(
     State(app): State<Arc<App>>,
     Path((id, time, file)): Path<(String, String, String)>,
+    client: Client,
     headers: HeaderMap,
 ) -> Result<Response, ApiError> {
     let job = looked(&app, &id).await?;
@@ -193,12 +192,26 @@ async fn frame(
     let texture = job.spec.textures.iter().find(|texture| texture.file == file);
     let media_type = texture.map(|texture| texture.request.format().media_type()).ok_or_else(no_frame)?;
     let own = Arc::clone(&job);
-    match blocking(move || Ok(own.frames.read(at, &file)?)).await? {
-        Found::Whole(bytes, sha256) => tagged(&headers, media_type, &sha256, bytes),
-        Found::Unknown => {
-            Err(ApiError::NoJob(format!("job {id} has no frame of {time}; its manifest.json lists what there is")))
+    let unknown = || ApiError::NoJob(format!("job {id} has no frame of {time}; its manifest.json lists what there is"));
+    let known = own.frames.known(at, &file).ok_or_else(unknown)?;
+    let mut sink = app.spool.sink(&client, known.bytes);
+    let share = app.deliveries.take(&client, sink.in_memory(), Instant::now() + app.config.queue.timeout());
+    let mut share = share.await.ok_or(ApiError::Crowded)?;
+    // All of it is read, and its hash found right, before any of it is sent.
+    let read = move || {
+        let found = own.frames.read(at, &file, &mut sink)?;
+        let content = sink.end();
+        share.correct(content.in_memory());
+        Ok((found, Delivery::body(content, Arc::new(share))))
+    };
+    match blocking(read).await? {
+        (Found::Whole, body) => {
+            let mut response = tagged(&headers, media_type, &known.sha256, body)?;
+            response.extensions_mut().insert(HasShare);
+            Ok(response)
         }
-        Found::Lost => {
+        (Found::Unknown, _) => Err(unknown()),
+        (Found::Lost, _) => {
             job.lose(at);
             Err(ApiError::NoJob(format!(
                 "the frame of {time} is damaged; it is made again if it is not too old to be kept"

@@ -4,7 +4,6 @@ use std::convert::Infallible;
 use std::sync::Arc;
 use std::time::Duration;
 
-use axum::body::Bytes;
 use futures_util::future::{Either, select};
 use skyloom::store::StoreError;
 
@@ -14,6 +13,7 @@ use super::job::{Job, Step};
 use crate::app::{App, blocking};
 use crate::client::Client;
 use crate::problem::ApiError;
+use crate::spool::Content;
 use crate::textures;
 
 /// Makes the frames of a job until it is ended or the server stops.
@@ -112,14 +112,15 @@ async fn beat(held: Arc<Held>) -> Infallible {
 
 async fn draw(app: &Arc<App>, job: &Arc<Job>, at_ms: i64) -> Result<(), ApiError> {
     let Some(time_s) = job.spec.time_s(at_ms) else { return Ok(()) };
-    let mut files: Vec<(String, Bytes)> = Vec::new();
+    // Without their shares of what replies may take: a frame that held them while its next texture waits for one might wait for itself.
+    let mut files: Vec<(String, Content)> = Vec::new();
     for texture in &job.spec.textures {
         let mut request = texture.request;
         request.time_s = time_s;
         let given = textures::given(app, &job.spec.sky, &job.spec.scene, request, &Client::Jobs).await?;
-        files.push((texture.file.clone(), given.reply.content.whole().await?));
+        files.push((texture.file.clone(), given.reply.content.clone()));
     }
-    let new: u64 = files.iter().map(|(_, bytes)| bytes.len() as u64).sum();
+    let new: u64 = files.iter().map(|(_, content)| content.length()).sum();
     let most = app.config.jobs.store_bytes;
     if app.jobs.bytes() + new > most {
         return Err(ApiError::StoreFull(format!(

@@ -1,6 +1,7 @@
 //! Whether what is in a store is what its names say.
 
 use std::collections::HashSet;
+use std::io;
 use std::time::SystemTime;
 
 use skyloom::image::{ImageLimits, sha256_hex};
@@ -94,7 +95,9 @@ impl There<'_> {
                 Ok(is_damaged.then(|| HASH.to_owned()))
             }
             [finished::FOLDER, name] if is_hex(name, finished::DIGITS) => {
-                let is_damaged = bytes()?.is_some_and(|bytes| finished::unpack(name, bytes.into()).is_none());
+                let Some(mut blob) = self.store.open(path)? else { return Ok(None) };
+                let read = finished::read(name, &mut blob.bytes, &mut io::sink());
+                let is_damaged = read.map_err(StoreError::io("reading", path))?.is_none();
                 Ok(is_damaged.then(|| HASH.to_owned()))
             }
             [notices::FOLDER, _] => Ok(None),
