@@ -37,8 +37,16 @@ pub async fn around(State(app): State<Arc<App>>, request: Request, next: Next) -
     let admitted = access::admit(&app.config, &mut parts);
     let client = parts.extensions.get::<Client>().cloned().unwrap_or_default();
     let trace = Trace::of(&parts.headers);
-    let (trace_id, parent_id) =
-        trace.as_ref().map_or((None, None), |trace| (Some(trace.trace_id.as_str()), Some(trace.parent_id.as_str())));
+    let mut write = access::changes(&method, &path).then(|| Write {
+        id: id.clone(),
+        trace: trace.clone(),
+        client: client.clone(),
+        method: method.clone(),
+        path: path.clone(),
+        start,
+        status: None,
+    });
+    let (trace_id, parent_id) = Trace::ids(trace.as_ref());
     let span = tracing::info_span!("request", id, trace_id, parent_id);
     let answer = async {
         match (asked, admitted) {
@@ -66,12 +74,11 @@ pub async fn around(State(app): State<Arc<App>>, request: Request, next: Next) -
     if let Ok(value) = HeaderValue::from_str(&format!("{known}{separator}{}", total(took))) {
         headers.insert(SERVER_TIMING, value);
     }
-    let (status, ms) = (response.status().as_u16(), (took.as_secs_f64() * 1e5).round() / 100.0);
+    let (status, ms) = (response.status().as_u16(), in_ms(took));
     app.metrics.answered(method.as_str(), route.as_ref().map_or("none", MatchedPath::as_str), status, took);
     app.metrics.served(&client, status, took);
-    if access::changes(&method, &path) {
-        // What was changed, and what somebody tried to change: one line each, under a name of its own.
-        tracing::info!(target: "skyloom::audit", id, trace_id, parent_id, %client, %method, path, status, ms, "write");
+    if let Some(mut write) = write.take() {
+        write.status = Some(status);
     }
     if path.starts_with("/health") || path == "/metrics" {
         tracing::debug!(id, trace_id, parent_id, %client, %method, path, query, status, ms, "answered");
@@ -79,6 +86,31 @@ pub async fn around(State(app): State<Arc<App>>, request: Request, next: Next) -
         tracing::info!(id, trace_id, parent_id, %client, %method, path, query, cost, status, ms, "answered");
     }
     response
+}
+
+/// What was changed, and what somebody tried to change: one line each, under a name of its own, when it is dropped. Without a status the
+/// client had gone before its answer, and what it asked for may have been done.
+struct Write {
+    id: String,
+    trace: Option<Trace>,
+    client: Client,
+    method: Method,
+    path: String,
+    start: Instant,
+    status: Option<u16>,
+}
+
+impl Drop for Write {
+    fn drop(&mut self) {
+        let Self { id, trace, client, method, path, start, status } = self;
+        let (trace_id, parent_id) = Trace::ids(trace.as_ref());
+        let ms = in_ms(start.elapsed());
+        tracing::info!(target: "skyloom::audit", id, trace_id, parent_id, %client, %method, path, status, ms, "write");
+    }
+}
+
+fn in_ms(took: Duration) -> f64 {
+    (took.as_secs_f64() * 1e5).round() / 100.0
 }
 
 /// The last metric of every `Server-Timing`: how long the whole answer took.
@@ -99,8 +131,55 @@ fn told_query(query: &str) -> String {
 }
 
 #[cfg(test)]
+#[allow(clippy::unwrap_used, reason = "a test stops where it fails")]
 mod tests {
+    use std::io;
+    use std::sync::Mutex;
+
+    use axum::Router;
+    use axum::body::Body;
+    use axum::middleware::from_fn_with_state;
+    use axum::routing::post;
+    use skyloom::gpu::GpuError;
+    use skyloom::store::{Folder, Store};
+    use tower::ServiceExt as _;
+
     use super::*;
+    use crate::config::Config;
+
+    /// What was logged.
+    #[derive(Clone, Default)]
+    struct Lines(Arc<Mutex<Vec<u8>>>);
+
+    impl io::Write for Lines {
+        fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+            self.0.lock().unwrap().write(bytes)
+        }
+
+        fn flush(&mut self) -> io::Result<()> {
+            Ok(())
+        }
+    }
+
+    #[tokio::test]
+    async fn a_write_whose_client_goes_away_before_its_answer_leaves_its_line() {
+        let data = tempfile::tempdir().unwrap();
+        let store: Arc<dyn Store> = Arc::new(Folder::new(data.path()));
+        let app = App::over(Config::default(), Box::new(|| Err(GpuError::NoAdapter("none".into()))), store);
+        let endless = Router::new().route("/v1/skies", post(std::future::pending::<()>));
+        let router: Router = endless.layer(from_fn_with_state(Arc::new(app.unwrap()), around));
+        let lines = Lines::default();
+        let writer = lines.clone();
+        let subscriber = tracing_subscriber::fmt().with_ansi(false).with_writer(move || writer.clone()).finish();
+        let _default = tracing::subscriber::set_default(subscriber);
+        let request = Request::post("/v1/skies").body(Body::empty()).unwrap();
+        let gone = tokio::time::timeout(Duration::from_millis(20), router.oneshot(request)).await;
+        assert!(gone.is_err(), "nobody waits any more");
+        let text = String::from_utf8(lines.0.lock().unwrap().clone()).unwrap();
+        let audit: Vec<&str> = text.lines().filter(|line| line.contains("skyloom::audit: write")).collect();
+        assert!(audit.len() == 1 && audit[0].contains("path=\"/v1/skies\""), "{text}");
+        assert!(audit[0].contains("method=POST") && !audit[0].contains("status="), "{text}");
+    }
 
     #[test]
     fn a_query_is_told_without_secrets_and_not_at_any_length() {

@@ -33,6 +33,11 @@ impl Trace {
             version == "ff" || (version == "00" && has_more) || is_nothing(trace_id) || is_nothing(parent_id);
         (!is_wrong).then(|| Self { trace_id: trace_id.to_owned(), parent_id: parent_id.to_owned() })
     }
+
+    /// Both of its names, as lines of the log have them.
+    pub fn ids(trace: Option<&Self>) -> (Option<&str>, Option<&str>) {
+        trace.map_or((None, None), |trace| (Some(&trace.trace_id), Some(&trace.parent_id)))
+    }
 }
 
 #[cfg(test)]

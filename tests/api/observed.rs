@@ -1,11 +1,12 @@
 //! What a server tells of itself: metrics, times, the log.
 
-use std::process::Stdio;
+use std::process::{Child, Stdio};
 
 use serde_json::Value;
 use skyloom::image::sha256_hex;
 
 use crate::harness::{Server, eventually, program, scene};
+use crate::images::ramp;
 
 #[test]
 fn metrics_count_what_was_asked_and_every_reply_has_its_time() {
@@ -112,6 +113,121 @@ fn servers_of_one_store_count_its_skies_together() {
     assert_eq!(servers[0].get("/v1/skies").json()["count"], 4);
 }
 
+/// A server of some settings that writes its log in JSON, and its address.
+#[cfg(unix)]
+fn logging(data: &std::path::Path, settings: &str) -> (Child, String) {
+    let file = data.join("skyloom.toml");
+    std::fs::write(&file, format!("[log]\nformat = \"json\"\n{settings}")).unwrap();
+    let mut child = program()
+        .args(["serve", "--listen", "127.0.0.1:0", "--config"])
+        .arg(&file)
+        .arg("--data")
+        .arg(data.join("data"))
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    let mut line = String::new();
+    std::io::BufRead::read_line(&mut std::io::BufReader::new(child.stdout.take().unwrap()), &mut line).unwrap();
+    (child, line.trim_end().strip_prefix("listening on ").unwrap().to_owned())
+}
+
+/// Its log, when it has been asked to end.
+#[cfg(unix)]
+fn logged(child: Child) -> Vec<Value> {
+    std::process::Command::new("kill").arg(child.id().to_string()).status().unwrap();
+    let output = child.wait_with_output().unwrap();
+    String::from_utf8(output.stderr).unwrap().lines().map(|line| serde_json::from_str(line).unwrap()).collect()
+}
+
+#[cfg(unix)]
+#[test]
+fn every_write_and_every_try_leaves_one_line_with_who_and_what_and_nothing_else_does() {
+    const JSON: (&str, &str) = ("content-type", "application/json");
+    let key = |name: &str, rights: &str| {
+        format!("{{ name = {name:?}, sha256 = {:?}, rights = [{rights}] }}", sha256_hex(name.as_bytes()))
+    };
+    let all = key("ops", "\"read\", \"register\", \"admin\", \"jobs\"");
+    let settings = format!("[access]\nanonymous = [\"read\"]\nkeys = [{all}, {}]\n", key("reader", "\"read\""));
+    let text = scene().to_string();
+    let render = serde_json::json!({ "scene": scene(), "textures": ["shadow.f32?size=8"] });
+    let job = serde_json::json!({ "name": "roof", "every": "1h", "scene": scene(), "keep": 1,
+        "textures": [{ "texture": "shadow", "format": "f32", "query": { "size": 8 } }] });
+    let mut asked: Vec<(String, String, String, u16)> = Vec::new();
+    let data = tempfile::tempdir().unwrap();
+    let (child, address) = logging(data.path(), &settings);
+    {
+        let agent: ureq::Agent = ureq::Agent::config_builder().http_status_as_error(false).build().into();
+        let ask = |who: &str, method: &str, path: &str, headers: &[(&str, &str)], body: &[u8]| {
+            let mut request = ureq::http::Request::builder().method(method).uri(format!("{address}{path}"));
+            if !who.is_empty() {
+                request = request.header("authorization", format!("Bearer {who}"));
+            }
+            for (name, value) in headers {
+                request = request.header(*name, *value);
+            }
+            let mut answer = agent.run(request.body(body.to_vec()).unwrap()).unwrap();
+            let told = answer.body_mut().read_to_vec().unwrap();
+            (answer.status().as_u16(), serde_json::from_slice::<Value>(&told).unwrap_or_default())
+        };
+        let mut write = |who: &str, method: &str, path: &str, headers: &[(&str, &str)], body: &[u8], status: u16| {
+            let (found, told) = ask(who, method, path, headers, body);
+            assert_eq!(found, status, "{method} {path}: {told}");
+            let client = if who.is_empty() { "127.0.0.1".to_owned() } else { format!("key {who}") };
+            asked.push((client, method.to_owned(), path.to_owned(), status));
+            told
+        };
+        let sky = write("ops", "POST", "/v1/skies", &[JSON], text.as_bytes(), 201)["links"]["self"].clone();
+        let sky = sky.as_str().unwrap();
+        write("ops", "POST", "/v1/skies", &[JSON], text.as_bytes(), 200);
+        write("ops", "POST", "/v1/skies", &[JSON], b"{", 400);
+        write("ops", "POST", "/v1/skies", &[JSON], br#"{"sun": 1}"#, 422);
+        write("ops", "POST", "/v1/skies", &[("content-type", "text/plain")], text.as_bytes(), 415);
+        let kept = write("ops", "POST", "/v1/images", &[("content-type", "image/png")], &ramp(32), 201);
+        write("ops", "POST", "/v1/images", &[("content-type", "image/png")], b"no image", 415);
+        write("ops", "POST", "/v1/jobs", &[JSON], job.to_string().as_bytes(), 201);
+        for paused in [true, false] {
+            let change = serde_json::json!({ "paused": paused }).to_string();
+            write("ops", "PATCH", "/v1/jobs/roof", &[JSON], change.as_bytes(), 200);
+        }
+        write("ops", "PATCH", "/v1/jobs/roof", &[JSON], br#"{"every": 1}"#, 422);
+        write("ops", "DELETE", "/v1/jobs/roof", &[], b"", 204);
+        write("ops", "DELETE", "/v1/jobs/roof", &[], b"", 404);
+        let image = format!("/v1/images/{}", kept["sha256"].as_str().unwrap());
+        for (status, path) in [(204, sky), (404, sky), (204, &image), (404, &image)] {
+            write("ops", "DELETE", path, &[], b"", status);
+        }
+        for (path, body) in [("/v1/skies", text.as_bytes()), ("/v1/images", &b"x"[..]), ("/v1/jobs", b"{}")] {
+            write("", "POST", path, &[], body, 401);
+            write("reader", "POST", path, &[], body, 403);
+        }
+        write("", "PATCH", "/v1/jobs/roof", &[JSON], b"{}", 401);
+        write("reader", "DELETE", sky, &[], b"", 403);
+        write("ops", "PUT", "/v1/skies", &[JSON], b"{}", 405);
+        write("ops", "POST", "/metrics", &[], b"", 405);
+        write("ops", "DELETE", "/nowhere", &[], b"", 404);
+        for (method, path, body, status) in [
+            ("GET", "/v1/skies", String::new(), 200),
+            ("HEAD", "/v1/limits", String::new(), 200),
+            ("GET", "/metrics", String::new(), 200),
+            ("POST", "/v1/render", render.to_string(), 200),
+        ] {
+            assert_eq!(ask("ops", method, path, &[JSON], body.as_bytes()).0, status, "{method} {path}");
+        }
+    }
+    let lines = logged(child);
+    let audit: Vec<_> = lines.iter().filter(|line| line["target"] == "skyloom::audit").collect();
+    let told = |line: &&Value| {
+        let text = |name: &str| line[name].as_str().unwrap().to_owned();
+        assert!(line["message"] == "write" && line["level"] == "INFO" && line["ms"].is_number(), "{line}");
+        // The name that the answer had; those at this path are not told of at this level.
+        let is_answer = |other: &Value| other["message"] == "answered" && other["id"] == line["id"];
+        assert!(line["path"] == "/metrics" || lines.iter().any(is_answer), "{line}");
+        (text("client"), text("method"), text("path"), line["status"].as_u64().unwrap() as u16)
+    };
+    assert_eq!(audit.iter().map(told).collect::<Vec<_>>(), asked);
+}
+
 #[cfg(unix)]
 #[test]
 fn the_log_in_json_has_the_requests_name_and_a_line_for_every_write() {
@@ -145,10 +261,7 @@ fn the_log_in_json_has_the_requests_name_and_a_line_for_every_write() {
     let plain = ureq::get(format!("{address}/v1/limits")).header("traceparent", "00-none").call().unwrap();
     let plain = plain.headers()["x-request-id"].to_str().unwrap().to_owned();
     let id = answer.headers()["x-request-id"].to_str().unwrap().to_owned();
-    std::process::Command::new("kill").arg(child.id().to_string()).status().unwrap();
-    let output = child.wait_with_output().unwrap();
-    let lines: Vec<Value> =
-        String::from_utf8(output.stderr).unwrap().lines().map(|line| serde_json::from_str(line).unwrap()).collect();
+    let lines = logged(child);
     let of_request: Vec<_> = lines.iter().filter(|line| line["id"] == id.as_str()).collect();
     let audit = of_request.iter().find(|line| line["target"] == "skyloom::audit").unwrap();
     assert_eq!(
