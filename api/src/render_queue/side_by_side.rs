@@ -50,5 +50,17 @@ mod tests {
         assert_eq!([1, 2, 4, 64].map(|cores| of(0, cores, "software")), [1, 2, 4, 4]);
         assert_eq!([1, 64].map(|cores| of(0, cores, "discrete")), [1, 1]);
         assert_eq!((of(1, 8, "software"), of(8, 2, "software"), of(2, 8, "discrete")), (1, 8, 2));
+        // Where something is said it holds for all devices, and room is made for so many before a device is known.
+        for (wanted, cores) in (0..=16).flat_map(|wanted| (1..=128).map(move |cores| (wanted, cores))) {
+            for kind in ["software", "discrete", "integrated", "virtual", "other"] {
+                let found = of(wanted, cores, kind);
+                assert!(wanted == 0 || found == wanted, "{wanted} {cores} {kind}: {found}");
+                let most = SideBySide { cores, ..SideBySide::new(wanted) }.most();
+                assert!(
+                    (1..=most).contains(&found) && (wanted > 0 || most <= 4),
+                    "{wanted} {cores} {kind}: {found} of {most}"
+                );
+            }
+        }
     }
 }
