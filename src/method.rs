@@ -263,7 +263,7 @@ impl Transport {
             (Self::Blended, Side::Below, false) => 0.15,
             (Self::Blended, Side::Below, true) => 0.49,
             (Self::Lattice, Side::Below, false) => 0.04,
-            (Self::Lattice, Side::Above, false) => 0.08,
+            (Self::Lattice, Side::Above, false) => 0.07,
             (Self::Lattice, Side::Below, true) => 0.16,
             (Self::Lattice, Side::Above, true) => 0.13,
         }

@@ -273,9 +273,9 @@ fn constants_of_cumulus() {
         ("LATTICE_PATH_LOG", dressed::PATH_BASE.ln()),
         ("LATTICE_MOST", cloud_lattice::MOST),
     ];
-    let most = ("RAY_MOST_STEPS", cloud_lattice::RAY_MOST_STEPS);
+    let planes = [("RAY_MOST_STEPS", cloud_lattice::RAY_MOST_STEPS), ("LATTICE_STEEP", cloud_lattice::STEEP_COSINE)];
     for shader in [&shaders::LATTICE_TABULATED, &shaders::LATTICE_TABULATED_COLUMNS] {
-        assert_constants(shader, &[&layers[..], &[most]].concat());
+        assert_constants(shader, &[&layers[..], &planes].concat());
     }
     let far = ("LATTICE_FAR_LEVEL", cloud_lattice::FAR_LEVEL);
     for shader in [&shaders::SKY_LATTICE_TABULATED, &shaders::SKY_LATTICE_TABULATED_COLUMNS] {

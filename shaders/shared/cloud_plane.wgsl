@@ -66,9 +66,12 @@ fn ray_sees_cubes(ray: ViewRay, cell_m: f32) -> f32 {
     return 1.0;
 }
 
-// Whether few places along a ray are enough.
-fn ray_is_far(ray: ViewRay) -> bool {
-    return false;
+// Cosine of a parallel view's zenith from which on few places along a ray are enough.
+const LATTICE_STEEP: f32 = 0.7;
+
+// Whether few places along a ray are enough. Of an eye's view no ray, as a ring would show where it is.
+fn ray_takes_few(ray: ViewRay) -> bool {
+    return view.perspective == 0u && ray.cosine > LATTICE_STEEP;
 }
 
 // Texels of the map that one of the picture is as wide as.

@@ -110,7 +110,7 @@ fn ray_sees_cubes(ray: ViewRay, cell_m: f32) -> f32 {
 }
 
 // Whether few places along a ray are enough: of one of several of a texel, and of one that sees no more than a texel of the map.
-fn ray_is_far(ray: ViewRay) -> bool {
+fn ray_takes_few(ray: ViewRay) -> bool {
     return ray.level > LATTICE_FAR_LEVEL || ray.steps < view.steps;
 }
 

@@ -49,13 +49,13 @@ pub struct LatticeMaps {
     pub factors: HostMap,
     /// Cubes along x, y, z: the lowest ones lie below the base plane.
     pub size: [usize; 3],
-    /// Scattered sunlight of irradiance 1 in the cubes: green mean radiance and its moments along x, y, z, then red and blue mean radiance.
-    /// Moments of red and blue are to their means as those of green.
+    /// Scattered sunlight of irradiance 1 in the cubes: green mean radiance and its moments along x, y, z, then mean radiance of red,
+    /// blue and green, and the moment along z, so that upright rays read these alone. Moments of red and blue are to their means as those of green.
     pub within: Vec<[f16; 4]>,
     /// Optical depths towards the sun.
     pub depths: SunDepths,
     /// The same light in slabs: a row each, by the root of optical depth, columns of heights as of the cubes. Green mean, moment towards the
-    /// sun's side, across it and upwards; then red and blue means.
+    /// sun's side, across it and upwards; then as in cubes.
     pub slabs: Vec<[f16; 4]>,
     /// Columns and rows of those.
     pub slabs_size: [usize; 2],
@@ -122,7 +122,7 @@ impl LatticeMaps {
             slabs: rows_of(&slabs, fluxes.within.size[2]),
             slabs_size: [fluxes.within.size[2], 2 * NODES],
             size: fluxes.within.size,
-            within: [green, red_and_blue]
+            within: [green, upwards]
                 .into_iter()
                 .flat_map(|of| fluxes.within.light.par_iter().map(of).collect::<Vec<_>>())
                 .collect(),
@@ -151,9 +151,9 @@ fn green(parts: &[Vec4; 4]) -> [f16; 4] {
     parts.map(|part| half(part.y))
 }
 
-/// Mean radiance of the others.
-fn red_and_blue([mean, ..]: &[Vec4; 4]) -> [f16; 4] {
-    [half(mean.x), half(mean.z), f16::ZERO, f16::ZERO]
+/// What upright rays read.
+fn upwards([mean, .., up]: &[Vec4; 4]) -> [f16; 4] {
+    [half(mean.x), half(mean.z), half(mean.y), half(up.y)]
 }
 
 /// Light in slabs, by height. Above its cubes a slab has what leaves it.
@@ -161,7 +161,7 @@ fn rows_of(slabs: &[Within], heights: usize) -> Vec<[f16; 4]> {
     let row = |slab: &Within, of: fn(&[Vec4; 4]) -> [f16; 4]| {
         (0..heights).map(|height| of(&slab.light[height.min(slab.light.len() - 1)])).collect::<Vec<_>>()
     };
-    [green, red_and_blue].into_iter().flat_map(|of| slabs.iter().flat_map(move |slab| row(slab, of))).collect()
+    [green, upwards].into_iter().flat_map(|of| slabs.iter().flat_map(move |slab| row(slab, of))).collect()
 }
 
 /// The columns of a map.

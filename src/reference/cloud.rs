@@ -88,6 +88,8 @@ pub struct ViewRay {
     pub rise_m: f64,
     /// How far it goes over the map meanwhile.
     pub way_uv: DVec2,
+    /// Whether few places along it are enough for the light of a lattice.
+    pub few: bool,
     /// How a sky looks at it; `None` where a plane does.
     pub looked: Option<Looked>,
 }
@@ -99,8 +101,6 @@ pub struct Looked {
     pub level: f64,
     /// Samples for each texel of that.
     pub steps: f64,
-    /// Whether it is one of several of a texel.
-    pub one_of_several: bool,
 }
 
 /// What lies before a layer, or what it is itself.

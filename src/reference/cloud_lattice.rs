@@ -14,7 +14,7 @@ use half::f16;
 
 /// Parts of a ray that are looked at, at most, but for gaps.
 pub const SAMPLES: u32 = 4;
-/// And from [`FAR_LEVEL`] on.
+/// And where few are enough: see [`ViewRay::few`].
 pub const FEW: u32 = 2;
 /// So much of its share, times what is scattered of all light, the last part ends before all is.
 pub const LAST: f64 = 0.25;
@@ -24,6 +24,8 @@ pub const GAP: f64 = 0.5;
 pub const RAY_MOST_STEPS: f64 = 256.0;
 /// Level of the map from which on few places along a ray are enough.
 pub const FAR_LEVEL: f64 = 0.5;
+/// Cosine of a parallel view's zenith from which on they are.
+pub const STEEP_COSINE: f64 = 0.7;
 /// No mean radiance: the least of a half float.
 pub const DARK: f64 = 6e-8;
 /// What a slab's light is multiplied with, at most.
@@ -159,8 +161,7 @@ fn samples(frame: &Frame, light: &LatticeLight, ray: &ViewRay, way: &Way<'_>) ->
     let kept: f64 = light.kept[1].into();
     let extinction = f64::from(frame.medium.extinction_550);
     let whole = -(-kept * extinction * ray.path_m).exp_m1();
-    let far = |looked: Looked| looked.level > FAR_LEVEL || looked.one_of_several;
-    let count = if way.looked.is_some_and(far) { FEW } else { SAMPLES };
+    let count = if ray.few { FEW } else { SAMPLES };
     let until = |i: u32| {
         let share = f64::from(i) / f64::from(count);
         -(-whole * share.min(1.0 - LAST * whole / f64::from(count))).ln_1p() / kept

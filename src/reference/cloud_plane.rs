@@ -1,6 +1,7 @@
 //! Texels of the texture cloud: rays of a plane over the domain. Twin of `shaders/shared/cloud_plane.wgsl`.
 
 use super::cloud::{Maps, Shaded, ViewRay, shade_ray};
+use super::cloud_lattice::STEEP_COSINE;
 use super::field_level;
 use super::frame::{MIN_COSINE, domain_uv, texel_centre};
 use super::map::Map;
@@ -47,7 +48,8 @@ pub fn view_ray(frame: &Frame, view: &View, levels: &[Map], place: DVec2) -> Vie
     let (path_m, rise_m) = (path.length_m, f64::from(frame.place.depth_m));
     let way_uv = dvec2(up.x, -up.y) * (rise_m / (cosine * extent_m));
     let (hit_uv, from_m, looked) = (path.hit_uv, 0.0, None);
-    ViewRay { seen, hit_uv, base_uv, cosine, path_m, depth, from_above, from_m, rise_m, way_uv, looked }
+    let few = view.perspective == 0 && cosine > STEEP_COSINE;
+    ViewRay { seen, hit_uv, base_uv, cosine, path_m, depth, from_above, from_m, rise_m, way_uv, few, looked }
 }
 
 /// Radiance (three colours, in units of the sun's irradiance per steradian) and alpha of each texel of a layer that nothing

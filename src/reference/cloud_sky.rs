@@ -2,6 +2,7 @@
 
 use super::air::{Air, Look, air_light};
 use super::cloud::{Looked, Maps, Shaded, ViewRay, shade_ray};
+use super::cloud_lattice::FAR_LEVEL;
 use super::frame::{MIN_COSINE, domain_uv, vec3};
 use super::map::Map;
 use super::path_sampled::{Stretch, path_sampled};
@@ -80,9 +81,9 @@ pub fn sky_ray(
     let way_uv = dvec2(over.x, -over.y) * (rise_m / (cosine * extent_m));
     let depth = f64::from(frame.medium.extinction_550) * path.length_m * cosine;
     let seen = if from_above { up } else { -up };
-    let looked = Some(Looked { level, steps, one_of_several: steps < f64::from(view.steps) });
+    let (looked, few) = (Some(Looked { level, steps }), level > FAR_LEVEL || steps < f64::from(view.steps));
     let path_m = path.length_m;
-    ViewRay { seen, hit_uv, base_uv: start_uv, cosine, path_m, depth, from_above, from_m, rise_m, way_uv, looked }
+    ViewRay { seen, hit_uv, base_uv: start_uv, cosine, path_m, depth, from_above, from_m, rise_m, way_uv, few, looked }
 }
 
 /// The layer behind what is `before` it in the texel at `middle`, counted in texels. `levels`: its thickness; `air`: before it.
