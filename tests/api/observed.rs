@@ -113,31 +113,47 @@ fn servers_of_one_store_count_its_skies_together() {
     assert_eq!(servers[0].get("/v1/skies").json()["count"], 4);
 }
 
-/// A server of some settings that writes its log in JSON, and its address.
+/// A server of some settings that writes its log in JSON. It ends with the test, however that does.
 #[cfg(unix)]
-fn logging(data: &std::path::Path, settings: &str) -> (Child, String) {
-    let file = data.join("skyloom.toml");
-    std::fs::write(&file, format!("[log]\nformat = \"json\"\n{settings}")).unwrap();
-    let mut child = program()
-        .args(["serve", "--listen", "127.0.0.1:0", "--config"])
-        .arg(&file)
-        .arg("--data")
-        .arg(data.join("data"))
-        .stdout(Stdio::piped())
-        .stderr(Stdio::piped())
-        .spawn()
-        .unwrap();
-    let mut line = String::new();
-    std::io::BufRead::read_line(&mut std::io::BufReader::new(child.stdout.take().unwrap()), &mut line).unwrap();
-    (child, line.trim_end().strip_prefix("listening on ").unwrap().to_owned())
+struct Logging {
+    child: Option<Child>,
+    address: String,
 }
 
-/// Its log, when it has been asked to end.
 #[cfg(unix)]
-fn logged(child: Child) -> Vec<Value> {
-    std::process::Command::new("kill").arg(child.id().to_string()).status().unwrap();
-    let output = child.wait_with_output().unwrap();
-    String::from_utf8(output.stderr).unwrap().lines().map(|line| serde_json::from_str(line).unwrap()).collect()
+impl Logging {
+    fn new(data: &std::path::Path, settings: &str) -> Self {
+        let file = data.join("skyloom.toml");
+        std::fs::write(&file, format!("[log]\nformat = \"json\"\n{settings}")).unwrap();
+        let mut command = program();
+        command.args(["serve", "--listen", "127.0.0.1:0", "--config"]).arg(&file).arg("--data").arg(data.join("data"));
+        let mut child = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
+        let mut told = std::io::BufReader::new(child.stdout.take().unwrap());
+        let mut server = Self { child: Some(child), address: String::new() };
+        let mut line = String::new();
+        std::io::BufRead::read_line(&mut told, &mut line).unwrap();
+        line.trim_end().strip_prefix("listening on ").unwrap().clone_into(&mut server.address);
+        server
+    }
+
+    /// Its log, when it has been asked to end.
+    fn lines(mut self) -> Vec<Value> {
+        let child = self.child.take().unwrap();
+        std::process::Command::new("kill").arg(child.id().to_string()).status().unwrap();
+        let output = child.wait_with_output().unwrap();
+        String::from_utf8(output.stderr).unwrap().lines().map(|line| serde_json::from_str(line).unwrap()).collect()
+    }
+}
+
+#[cfg(unix)]
+impl Drop for Logging {
+    fn drop(&mut self) {
+        if let Some(child) = &mut self.child {
+            // It may have ended by itself.
+            let _ = child.kill();
+            let _ = child.wait();
+        }
+    }
 }
 
 #[cfg(unix)]
@@ -155,7 +171,8 @@ fn every_write_and_every_try_leaves_one_line_with_who_and_what_and_nothing_else_
         "textures": [{ "texture": "shadow", "format": "f32", "query": { "size": 8 } }] });
     let mut asked: Vec<(String, String, String, u16)> = Vec::new();
     let data = tempfile::tempdir().unwrap();
-    let (child, address) = logging(data.path(), &settings);
+    let server = Logging::new(data.path(), &settings);
+    let address = &server.address;
     {
         let agent: ureq::Agent = ureq::Agent::config_builder().http_status_as_error(false).build().into();
         let ask = |who: &str, method: &str, path: &str, headers: &[(&str, &str)], body: &[u8]| {
@@ -215,7 +232,7 @@ fn every_write_and_every_try_leaves_one_line_with_who_and_what_and_nothing_else_
             assert_eq!(ask("ops", method, path, &[JSON], body.as_bytes()).0, status, "{method} {path}");
         }
     }
-    let lines = logged(child);
+    let lines = server.lines();
     let audit: Vec<_> = lines.iter().filter(|line| line["target"] == "skyloom::audit").collect();
     let told = |line: &&Value| {
         let text = |name: &str| line[name].as_str().unwrap().to_owned();
@@ -232,20 +249,8 @@ fn every_write_and_every_try_leaves_one_line_with_who_and_what_and_nothing_else_
 #[test]
 fn the_log_in_json_has_the_requests_name_and_a_line_for_every_write() {
     let data = tempfile::tempdir().unwrap();
-    let file = data.path().join("skyloom.toml");
-    std::fs::write(&file, "[log]\nformat = \"json\"\n").unwrap();
-    let mut child = program()
-        .args(["serve", "--listen", "127.0.0.1:0", "--config"])
-        .arg(&file)
-        .arg("--data")
-        .arg(data.path().join("data"))
-        .stdout(Stdio::piped())
-        .stderr(Stdio::piped())
-        .spawn()
-        .unwrap();
-    let mut line = String::new();
-    std::io::BufRead::read_line(&mut std::io::BufReader::new(child.stdout.take().unwrap()), &mut line).unwrap();
-    let address = line.trim_end().strip_prefix("listening on ").unwrap();
+    let server = Logging::new(data.path(), "");
+    let address = &server.address;
     let (trace, parent) = ("4bf92f3577b34da6a3ce929d0e0e4736", "00f067aa0ba902b7");
     let posted = ureq::post(format!("{address}/v1/skies")).header("traceparent", format!("00-{trace}-{parent}-01"));
     let mut answer = posted.content_type("application/json").send(scene().to_string()).unwrap();
@@ -261,7 +266,7 @@ fn the_log_in_json_has_the_requests_name_and_a_line_for_every_write() {
     let plain = ureq::get(format!("{address}/v1/limits")).header("traceparent", "00-none").call().unwrap();
     let plain = plain.headers()["x-request-id"].to_str().unwrap().to_owned();
     let id = answer.headers()["x-request-id"].to_str().unwrap().to_owned();
-    let lines = logged(child);
+    let lines = server.lines();
     let of_request: Vec<_> = lines.iter().filter(|line| line["id"] == id.as_str()).collect();
     let audit = of_request.iter().find(|line| line["target"] == "skyloom::audit").unwrap();
     assert_eq!(
