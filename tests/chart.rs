@@ -354,3 +354,24 @@ fn the_readme_quotes_the_chart() {
     }
     assert_eq!(found, 7);
 }
+
+#[test]
+fn the_texts_quote_the_chart_of_cumulus() {
+    let texts = [include_str!("../docs/method.md"), include_str!("../docs/charts/README.md")];
+    let chart = include_str!("../docs/charts/cumulus.csv");
+    let rows: Vec<Vec<&str>> = chart.lines().map(|line| line.split(',').collect()).collect();
+    let whole: Vec<_> = rows.iter().filter(|row| row[1] == "all" && row[2] == "all").collect();
+    let digits = |value: f64| if value < 10.0 { format!("{value:.1}") } else { format!("{value:.0}") };
+    for row in &whole {
+        let of = |set: &str| {
+            let found = rows.iter().find(|other| other[..3] == [row[0], "all", set]).unwrap();
+            digits(found[3].parse().unwrap())
+        };
+        let errors = ["front", "side", "top", "back", "above", "below", "sky"].map(of).join(" | ");
+        let [ratio, milliseconds] = [6, 7].map(|column: usize| row[column].parse::<f64>().unwrap());
+        let ratio = if ratio == 1.0 { "1".to_owned() } else { format!("{ratio:.2}") };
+        let line = format!("| `{}` | {errors} | {ratio} | {milliseconds:.0} |", row[0]);
+        assert!(texts.iter().all(|text| text.contains(&line)), "a text lacks: {line}");
+    }
+    assert_eq!(whole.len(), 10);
+}

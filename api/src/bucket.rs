@@ -5,7 +5,8 @@
 //! cheap way to note that an object is in use: what was written first counts as that which was not used for longest.
 
 use std::future::Future;
-use std::io;
+use std::io::{self, Cursor, Read};
+use std::ops::Range;
 use std::sync::{Arc, mpsc};
 use std::time::Duration;
 
@@ -13,11 +14,11 @@ use futures_util::TryStreamExt as _;
 use object_store::aws::{AmazonS3, AmazonS3Builder};
 use object_store::path::Path;
 use object_store::{
-    ClientOptions, Error, ObjectMeta, ObjectStore as _, ObjectStoreExt as _, PutMode, PutOptions, PutPayload,
-    RetryConfig,
+    ClientOptions, Error, GetOptions, GetRange, MultipartUpload, ObjectMeta, ObjectStore as _, ObjectStoreExt as _,
+    PutMode, PutOptions, PutPayload, RetryConfig,
 };
-use skyloom::store::{Entry, Store, StoreError, Upkeep, is_part};
-use tokio::runtime::{Builder, Runtime};
+use skyloom::store::{Blob, Entry, Store, StoreError, Upkeep, is_part};
+use tokio::runtime::{Builder, Handle, Runtime};
 
 /// Time for a connection, and for one request: tables of hundreds of megabytes go in one.
 const CONNECT: Duration = Duration::from_secs(3);
@@ -25,6 +26,8 @@ const REQUEST: Duration = Duration::from_secs(120);
 /// A request is tried so often more, and no longer than this after its first try: whoever waits is told then.
 const RETRIES: usize = 3;
 const RETRY: Duration = Duration::from_secs(10);
+/// What is larger goes to and from a service in pieces of this: parts of an object have 5 MiB at least, and 10,000 is the most of them.
+const PIECE: u64 = 8 << 20;
 /// Where damaged objects go.
 const ASIDE: &str = "aside";
 
@@ -66,16 +69,8 @@ impl Bucket {
         T: Send + 'static,
         F: Future<Output = object_store::Result<T>> + Send + 'static,
     {
-        let (done, result) = mpsc::sync_channel(1);
-        let work = work(Arc::clone(&self.client));
-        if let Some(runtime) = &self.runtime {
-            runtime.spawn(async move {
-                // Nobody waits any more if this fails.
-                let _ = done.send(work.await);
-            });
-        }
-        let ended = |error| Error::Generic { store: "S3", source: Box::new(error) };
-        result.recv().unwrap_or_else(|error| Err(ended(error)))
+        let runtime = self.runtime.as_ref().ok_or_else(|| ended("the bucket is closed"))?;
+        wait(runtime.handle(), work(Arc::clone(&self.client)))
     }
 
     fn key(&self, key: &str) -> Result<Path, StoreError> {
@@ -91,6 +86,41 @@ impl Bucket {
         let (path, payload) = (self.key(key)?, PutPayload::from(bytes.to_vec()));
         let options = PutOptions { mode, ..PutOptions::default() };
         Ok(self.wait(|client| async move { client.put_opts(&path, payload, options).await.map(|_| ()) }))
+    }
+
+    /// Writes an object of several pieces. Until the last word nobody sees any of it.
+    fn put_pieces(&self, path: Path, length: u64, bytes: &mut dyn Read) -> io::Result<()> {
+        let upload = self.wait(|client| async move { client.put_multipart(&path).await }).map_err(io::Error::other)?;
+        let mut upload: Option<Box<dyn MultipartUpload>> = Some(upload);
+        let mut put = || -> io::Result<()> {
+            let mut left = length;
+            while left > 0 {
+                let piece = read_piece(bytes, left.min(PIECE))?;
+                left -= piece.len() as u64;
+                let Some(parts) = &mut upload else { break };
+                let part = parts.put_part(PutPayload::from(piece));
+                self.wait(|_client| part).map_err(io::Error::other)?;
+            }
+            if bytes.read(&mut [0])? > 0 {
+                return Err(io::Error::other(format!("more than {length} bytes")));
+            }
+            let Some(mut parts) = upload.take() else { return Ok(()) };
+            let completed = self.wait(|_client| async move {
+                let result = parts.complete().await;
+                Ok((parts, result))
+            });
+            let (parts, result) = completed.map_err(io::Error::other)?;
+            if result.is_err() {
+                upload = Some(parts);
+            }
+            result.map(|_put| ()).map_err(io::Error::other)
+        };
+        let result = put();
+        // Parts of what did not come to its end cost room.
+        if let (Err(_), Some(mut parts)) = (&result, upload) {
+            let _ = self.wait(|_client| async move { parts.abort().await });
+        }
+        result
     }
 
     fn head(&self, path: Path) -> object_store::Result<Option<ObjectMeta>> {
@@ -113,6 +143,85 @@ impl Drop for Bucket {
             runtime.shutdown_background();
         }
     }
+}
+
+/// Waits for what runs elsewhere.
+fn wait<T: Send + 'static>(
+    runtime: &Handle,
+    work: impl Future<Output = object_store::Result<T>> + Send + 'static,
+) -> object_store::Result<T> {
+    let (done, result) = mpsc::sync_channel(1);
+    runtime.spawn(async move {
+        // Nobody waits any more if this fails.
+        let _ = done.send(work.await);
+    });
+    result.recv().unwrap_or_else(|error| Err(ended(error)))
+}
+
+fn ended(error: impl Into<Box<dyn std::error::Error + Send + Sync>>) -> Error {
+    Error::Generic { store: "S3", source: error.into() }
+}
+
+/// Exactly so many bytes.
+fn read_piece(bytes: &mut dyn Read, length: u64) -> io::Result<Vec<u8>> {
+    let mut piece = vec![0; usize::try_from(length).map_err(io::Error::other)?];
+    bytes.read_exact(&mut piece)?;
+    Ok(piece)
+}
+
+/// An object that is read piece by piece, each by a request of its own: whoever reads may take hours.
+struct Pieces {
+    client: Arc<AmazonS3>,
+    runtime: Handle,
+    path: Path,
+    /// Of another object at its place no piece is taken.
+    tag: Option<String>,
+    /// What is still to be asked for.
+    rest: Range<u64>,
+    piece: Cursor<Vec<u8>>,
+}
+
+impl Pieces {
+    fn next(&mut self) -> object_store::Result<()> {
+        let until = self.rest.end.min(self.rest.start + PIECE);
+        let (client, path, range) = (Arc::clone(&self.client), self.path.clone(), self.rest.start..until);
+        let options = GetOptions {
+            range: Some(GetRange::Bounded(range.clone())),
+            if_match: self.tag.clone(),
+            ..GetOptions::default()
+        };
+        let piece = wait(&self.runtime, async move { client.get_opts(&path, options).await?.bytes().await })?;
+        if piece.len() as u64 != range.end - range.start {
+            return Err(ended(format!("{} bytes in place of {range:?}", piece.len())));
+        }
+        self.rest.start = until;
+        self.piece = Cursor::new(piece.into());
+        Ok(())
+    }
+}
+
+impl Read for Pieces {
+    fn read(&mut self, into: &mut [u8]) -> io::Result<usize> {
+        let is_read = self.piece.position() >= self.piece.get_ref().len() as u64;
+        if is_read && !self.rest.is_empty() {
+            self.next().map_err(io::Error::other)?;
+        }
+        self.piece.read(into)
+    }
+}
+
+/// The first bytes of an object, and what it is.
+async fn begun(client: Arc<AmazonS3>, path: Path) -> object_store::Result<(ObjectMeta, Vec<u8>)> {
+    let found = client.get(&path).await?;
+    let meta = found.meta.clone();
+    let mut stream = found.into_stream();
+    let mut first = Vec::new();
+    while (first.len() as u64) < PIECE
+        && let Some(more) = stream.try_next().await?
+    {
+        first.extend_from_slice(&more);
+    }
+    Ok((meta, first))
 }
 
 /// An object that is not there as nothing instead of an error.
@@ -141,6 +250,35 @@ impl Store for Bucket {
         let path = self.key(key)?;
         let bytes = self.wait(|client| async move { client.get(&path).await?.bytes().await });
         Ok(found(bytes).map_err(failed("reading", key))?.map(Into::into))
+    }
+
+    fn open(&self, key: &str) -> Result<Option<Blob>, StoreError> {
+        let path = self.key(key)?;
+        let from = path.clone();
+        let begun = found(self.wait(|client| begun(client, from))).map_err(failed("reading", key))?;
+        let (Some((meta, first)), Some(runtime)) = (begun, &self.runtime) else { return Ok(None) };
+        let pieces = Pieces {
+            client: Arc::clone(&self.client),
+            runtime: runtime.handle().clone(),
+            path,
+            tag: meta.e_tag,
+            rest: first.len() as u64..meta.size,
+            piece: Cursor::new(first),
+        };
+        Ok(Some(Blob { length: meta.size, bytes: Box::new(pieces) }))
+    }
+
+    fn put_from(&self, key: &str, length: u64, bytes: &mut dyn Read) -> Result<(), StoreError> {
+        let path = self.key(key)?;
+        let writing = |cause| io_error("writing", key, cause);
+        if length > PIECE {
+            return self.put_pieces(path, length, bytes).map_err(writing);
+        }
+        let all = read_piece(bytes, length).map_err(writing)?;
+        if bytes.read(&mut [0]).map_err(writing)? > 0 {
+            return Err(writing(io::Error::other(format!("more than {length} bytes"))));
+        }
+        self.put(key, &all)
     }
 
     fn put(&self, key: &str, bytes: &[u8]) -> Result<(), StoreError> {

@@ -102,10 +102,14 @@ const SETTINGS: &str = "[server]\nproxies = [\"127.0.0.1/32\"]\n[store]\nurl = \
 
 /// A server on the bucket; its own folder stays empty.
 fn replica(service: &Service, folder: &Path) -> Server {
+    replica_with(service, folder, SETTINGS)
+}
+
+fn replica_with(service: &Service, folder: &Path, settings: &str) -> Server {
     std::fs::create_dir_all(folder).unwrap();
-    let settings = folder.join("skyloom.toml");
-    std::fs::write(&settings, SETTINGS).unwrap();
-    Server::with_file(&settings, &service.environment())
+    let file = folder.join("skyloom.toml");
+    std::fs::write(&file, settings).unwrap();
+    Server::with_file(&file, &service.environment())
 }
 
 /// The proxy of `deploy` before servers.
@@ -343,6 +347,32 @@ fn a_frame_whose_maker_is_killed_in_the_midst_of_it_is_made_by_the_other_and_onc
         }
     }
     eventually("no claim left", || claims().is_empty().then_some(()));
+}
+
+#[test]
+fn a_large_texture_goes_to_a_bucket_in_parts_and_comes_back_in_ranges() {
+    let (service, folder) = (Service::start(), tempfile::tempdir().unwrap());
+    let spool = folder.path().join("spool");
+    std::fs::create_dir(&spool).unwrap();
+    let settings = SETTINGS.replacen("[server]", &format!("[server]\nspool = {:?}", spool.display()), 1);
+    let servers = ["first", "second"].map(|name| replica_with(&service, &folder.path().join(name), &settings));
+    servers.iter().for_each(Server::is_ready);
+    // 33.5 MB: five pieces, of which the last is no whole one.
+    let path = format!("{}/cloud.f32?size=1448", servers[0].sky(&scene()));
+    let made = servers[0].get(&path);
+    assert_eq!((made.status, made.body.len()), (200, 1448 * 1448 * 16));
+    let whole = || {
+        let mut files = std::fs::read_dir(service.file("textures")).ok()?.map(|entry| entry.unwrap());
+        files.any(|file| file.metadata().is_ok_and(|there| there.len() >= made.body.len() as u64)).then_some(())
+    };
+    eventually("the texture in the bucket", whole);
+    let found = servers[1].get(&path);
+    assert_eq!((found.status, found.header("etag")), (200, made.header("etag")));
+    assert!(found.body == made.body, "the same bytes");
+    let metrics = servers[1].get("/metrics");
+    let mut renders =
+        metrics.body.split(|byte| *byte == b'\n').filter(|line| line.starts_with(b"skyloom_client_renders_total{"));
+    assert!(renders.next().is_none(), "the second server made one");
 }
 
 #[test]
