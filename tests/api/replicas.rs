@@ -167,6 +167,8 @@ fn three_replicas_on_a_bucket_serve_every_byte_and_frame_though_one_is_killed() 
     let (service, folder) = (Service::start(), tempfile::tempdir().unwrap());
     let mut servers: Vec<Server> = (0..3).map(|i| replica(&service, &folder.path().join(i.to_string()))).collect();
     servers.iter().for_each(Server::is_ready);
+    // s3s-fs fails to list a folder of which a file gets its name meanwhile; on a busy machine three times in a row. What was to be made then is made later.
+    servers.iter().for_each(|server| server.allow_in_log("Error performing list request"));
     let (_nginx, proxy) = proxy(folder.path(), &servers);
     let client = client();
     // Skies through the proxy, and what each replica says of their textures: the same.
