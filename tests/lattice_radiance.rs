@@ -159,6 +159,9 @@ fn the_device_draws_what_its_twin_computes() {
             [("view", "below"), ("direction", "30,100")],
             [("view", "below"), ("eye", "300,-2000,2")],
             [("view", "above"), ("direction", "70,20")],
+            // Upright rays have a shader of their own.
+            [("view", "below"), ("direction", "0,0")],
+            [("view", "above"), ("direction", "0,0")],
         ] {
             let (stages, light) = twin(&mut sky, scene, &[&view[..], &[LATTICE, ("size", "20")]].concat());
             let colours = stages.output.chunks(4).flat_map(|texel| &texel[..3]);
