@@ -162,6 +162,7 @@ impl App {
                 config.queue.depth,
                 limits.render_memory_bytes,
                 SideBySide::new(config.render.side_by_side),
+                config.render.patience(),
             )
             .map_err(OpenError::Thread)?,
             replies: Replies::new(

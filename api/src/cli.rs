@@ -1,17 +1,17 @@
-//! The command line. Exit codes: 0 done, 1 failure, 2 bad usage, scene, query, image or settings.
+//! The command line. Exit codes: 0 done, 1 failure, 2 bad usage, scene, query, image or settings, 3 a server whose graphics driver hangs.
 
 use std::ffi::OsString;
 use std::fmt::Write as _;
 use std::io::Write as _;
 use std::path::PathBuf;
-use std::process::ExitCode;
 
 use clap::{Arg, ArgAction, ArgMatches, Command, value_parser};
 use skyloom::chart::CHARTS;
 use skyloom::request::{QUERY_PARAMETERS, TextureKind};
 
 use crate::config::{Config, Listen, LogFormat};
-use crate::{logs, openapi, serve};
+use crate::serve::{self, ServeError};
+use crate::{logs, openapi};
 
 mod chart;
 mod fault;
@@ -24,18 +24,22 @@ mod streams;
 use fault::Fault;
 use streams::{tell, to_stdout};
 
-/// Runs the command line of this process.
-pub fn main() -> ExitCode {
+/// Exit code of a server whose graphics driver hangs.
+pub const HUNG: u8 = 3;
+
+/// Runs the command line of this process; gives its exit code.
+pub fn main() -> u8 {
     match run(std::env::args_os()) {
-        Ok(()) => ExitCode::SUCCESS,
+        Ok(()) => 0,
         Err(fault) => {
             let (text, code) = match fault {
                 Fault::Usage(text) => (text, 2),
                 Fault::Failure(text) => (text, 1),
+                Fault::Hung(text) => (text, HUNG),
             };
             // Nothing can be done when even stderr is closed.
             writeln!(std::io::stderr(), "{}", text.trim_end()).unwrap_or_default();
-            ExitCode::from(code)
+            code
         }
     }
 }
@@ -83,7 +87,7 @@ fn command() -> Command {
              skyloom chart                                  how exact and how fast is each method?\n  \
              skyloom store check                            is everything that the server keeps whole?\n  \
              skyloom adapters                               which graphics devices are there?\n\n\
-             Exit codes: 0 done, 1 failure (no driver, disk full), 2 bad usage, scene, query or image.\n\
+             Exit codes: 0 done, 1 failure (no driver, disk full), 2 bad usage, scene, query or image, 3 a graphics driver hangs (serve).\n\
              SKYLOOM_LOG sets what is logged to stderr (error, warn, info, debug).",
         )
         .subcommand(
@@ -313,7 +317,10 @@ fn serve_command(options: &ArgMatches) -> Result<(), Fault> {
     }
     config.check().map_err(|error| Fault::Usage(error.to_string()))?;
     logs::start("info", config.log.format);
-    serve::serve(config).map_err(|error| Fault::Failure(error.to_string()))
+    serve::serve(config).map_err(|error| match error {
+        ServeError::Hung => Fault::Hung(error.to_string()),
+        _ => Fault::Failure(error.to_string()),
+    })
 }
 
 fn check(options: &ArgMatches) -> Result<(), Fault> {

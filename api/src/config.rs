@@ -236,6 +236,8 @@ impl Config {
             seconds("queue.timeout_s", queue.timeout_s, 1),
             bytes("render.kept_bytes", render.kept_bytes, 0),
             ("render.side_by_side", render.side_by_side as u64, 0..=16),
+            seconds("render.unready_after_s", render.unready_after_s, 1),
+            seconds("render.restart_after_s", render.restart_after_s, render.unready_after_s),
             bytes("cache.memory_bytes", cache.memory_bytes, 0),
             bytes("cache.image_memory_bytes", cache.image_memory_bytes, 0),
         ]

@@ -135,8 +135,9 @@ impl Metrics {
             lines.into_iter().chain([("tables", app.table_work.waiting()), ("images", app.image_work.waiting())]);
         lines.for_each(|(line, count)| page.line("skyloom_queue_length", &[("line", line)], count as f64));
         page.single("skyloom_queue_refused_total", "counter", "Renders that found no place.", refused as f64);
-        let busy_s = app.queue.busy_for().map_or(0.0, |busy| busy.as_secs_f64());
-        page.single("skyloom_render_running_seconds", "gauge", "For how long the present render has run.", busy_s);
+        let silent_s = app.queue.silent_for().map_or(0.0, |silent| silent.as_secs_f64());
+        let help = "For how long a renderer at work has given no sign of life.";
+        page.single("skyloom_renderer_silent_seconds", "gauge", help, silent_s);
         let is_ready = f64::from(u8::from(app.queue.state() == State::Ready));
         page.single("skyloom_renderer_ready", "gauge", "Whether there is a renderer.", is_ready);
         let is_writable = f64::from(u8::from(app.store.known_fault().is_none()));

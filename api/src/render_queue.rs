@@ -24,6 +24,7 @@ mod homes;
 mod line;
 mod order;
 mod pool;
+mod pulse;
 mod renderer;
 mod room;
 mod side_by_side;
@@ -35,6 +36,7 @@ mod slots;
 #[allow(clippy::unwrap_used, clippy::panic, reason = "a test stops where it fails")]
 mod tests;
 mod turns;
+mod watcher;
 mod worker;
 
 pub use core_renderer::core_factory;
@@ -44,19 +46,25 @@ use order::Order;
 pub(crate) use order::failure;
 pub use order::{Failure, Held};
 use pool::{MAIN, Pool};
+pub use pulse::Patience;
+use pulse::Pulses;
 pub use renderer::{Adapter, Factory, Picture, Render};
 use room::Room;
 pub use side_by_side::SideBySide;
 use slots::Pictures;
 use turns::Turns;
+use watcher::{Silence, Watcher, reason};
 pub use worker::State;
-use worker::{Shared, Worker, lock};
+use worker::{Worker, lock};
 
 /// Handle to the render threads.
 pub struct RenderQueue {
     line: Arc<Line>,
     state: watch::Receiver<State>,
-    shared: Arc<Shared>,
+    adapter: Arc<Mutex<Option<Arc<Adapter>>>>,
+    pulses: Arc<Pulses>,
+    patience: Patience,
+    silence: watch::Receiver<Silence>,
     threads: Vec<JoinHandle<()>>,
 }
 
@@ -77,17 +85,24 @@ impl Drop for InLine<'_> {
 
 impl RenderQueue {
     /// Starts the render threads; at most `depth` small jobs and half as many large ones wait. The threads beside the main one take so many
-    /// bytes of memory together, by estimate.
-    pub fn start(factory: Factory, depth: usize, memory_bytes: u64, side_by_side: SideBySide) -> std::io::Result<Self> {
+    /// bytes of memory together, by estimate. Renderers are waited for with some patience.
+    pub fn start(
+        factory: Factory,
+        depth: usize,
+        memory_bytes: u64,
+        side_by_side: SideBySide,
+        patience: Patience,
+    ) -> std::io::Result<Self> {
         let (tell, state) = watch::channel(State::Starting);
         let pool = Pool::new(side_by_side.most());
         let count = pool.count();
-        let (line, shared) = (Arc::new(Line::new(depth, pool)), Arc::new(Shared::default()));
+        let (line, adapter, pulses) = (Arc::new(Line::new(depth, pool)), Arc::default(), Pulses::new(count));
         let worker = Worker {
             factory: Arc::new(Mutex::new(factory)),
             line: Arc::clone(&line),
             tell: Arc::new(tell),
-            shared: Arc::clone(&shared),
+            adapter: Arc::clone(&adapter),
+            pulses: Arc::clone(&pulses),
             slots: Pictures::new(),
             turns: Arc::<Turns>::default(),
             room: Room::new(memory_bytes),
@@ -98,8 +113,11 @@ impl RenderQueue {
             let builder = std::thread::Builder::new().name(format!("render {number}"));
             builder.spawn(move || if number == MAIN { worker.run() } else { worker.help(number) })
         };
-        let threads = (0..count).map(thread).collect::<Result<_, _>>()?;
-        Ok(Self { line, state, shared, threads })
+        let mut threads = (0..count).map(thread).collect::<Result<Vec<_>, _>>()?;
+        let (tell, silence) = watch::channel(Silence::Short);
+        let watcher = Watcher { line: Arc::clone(&line), pulses: Arc::clone(&pulses), patience, tell };
+        threads.push(std::thread::Builder::new().name("render watch".to_owned()).spawn(move || watcher.run())?);
+        Ok(Self { line, state, adapter, pulses, patience, silence, threads })
     }
 
     /// State of the render thread.
@@ -109,12 +127,35 @@ impl RenderQueue {
 
     /// The adapter in use, or the last one while the device is being replaced.
     pub fn adapter(&self) -> Option<Arc<Adapter>> {
-        lock(&self.shared.adapter).clone()
+        lock(&self.adapter).clone()
     }
 
-    /// How long the present render has been running.
-    pub fn busy_for(&self) -> Option<Duration> {
-        lock(&self.shared.busy_since).map(|since| since.elapsed())
+    /// For how long a renderer that is at something has given no sign of life, the longest of them.
+    pub fn silent_for(&self) -> Option<Duration> {
+        self.pulses.longest()
+    }
+
+    /// Why nothing is rendered at the moment: a renderer has given no sign of life for too long.
+    pub fn stuck(&self) -> Option<String> {
+        let is_stuck = *self.silence.borrow() >= Silence::Long;
+        is_stuck.then(|| reason(self.silent_for().unwrap_or(self.patience.unready)))
+    }
+
+    /// Whether a renderer has been silent for so long that it is not expected to go on.
+    pub fn is_hung(&self) -> bool {
+        *self.silence.borrow() == Silence::Endless
+    }
+
+    /// Waits until that is so.
+    pub async fn hung(&self) {
+        self.silent(Silence::Endless).await;
+    }
+
+    async fn silent(&self, least: Silence) {
+        if self.silence.clone().wait_for(|silence| *silence >= least).await.is_err() {
+            // The line was closed before.
+            std::future::pending::<()>().await;
+        }
     }
 
     /// Jobs that wait.
@@ -131,7 +172,12 @@ impl RenderQueue {
     pub async fn started(&self, deadline: Instant) -> Result<(), Failure> {
         let mut state = self.state.clone();
         let settled = state.wait_for(|state| *state != State::Starting);
-        match tokio::time::timeout_at(deadline.into(), settled).await {
+        let settled = tokio::select! {
+            biased;
+            () = self.silent(Silence::Long) => return Err(Failure::NotReady(self.stuck().unwrap_or_default())),
+            settled = tokio::time::timeout_at(deadline.into(), settled) => settled,
+        };
+        match settled {
             Ok(Ok(state)) => match &*state {
                 State::Failed(reason) => Err(Failure::NotReady(reason.clone())),
                 _ => Ok(()),

@@ -216,19 +216,19 @@ async fn live() -> Response {
     ([(header::CACHE_CONTROL, "no-store")], Json(json!({ "status": "alive" }))).into_response()
 }
 
-/// Ready when a render asked for now would begin and a sky could be kept: a renderer is there, it is not stuck, the store can
+/// Ready when a render asked for now would begin and a sky could be kept: a renderer is there, none is stuck, the store can
 /// be written, and the server is not stopping.
 async fn ready(State(app): State<Arc<App>>) -> Result<Response, ApiError> {
     if app.is_draining() {
         return Err(ApiError::NotReady("the server is stopping".to_owned()));
     }
+    if let Some(reason) = app.queue.stuck() {
+        return Err(ApiError::NotReady(reason));
+    }
     match app.queue.state() {
         RenderState::Starting => return Err(ApiError::NotReady("the renderer is being prepared".to_owned())),
         RenderState::Failed(reason) => return Err(ApiError::NotReady(reason)),
         RenderState::Ready => {}
-    }
-    if let Some(busy) = app.queue.busy_for().filter(|busy| *busy > 2 * app.config.queue.timeout()) {
-        return Err(ApiError::NotReady(format!("one render has been running for {} s", busy.as_secs())));
     }
     let looked = Arc::clone(&app);
     if let Some(fault) = blocking(move || Ok(looked.store.fault())).await? {

@@ -13,7 +13,7 @@ use crate::accept::Door;
 use crate::app::{App, OpenError};
 use crate::config::{Config, Listen};
 use crate::jobs::Jobs;
-use crate::render_queue::core_factory;
+use crate::render_queue::{Factory, core_factory};
 use crate::{routes, upkeep};
 
 /// How long the render thread gets to let go of the device when everything else has ended.
@@ -38,6 +38,8 @@ pub enum ServeError {
     Open(String, OpenError),
     /// Nobody can be told the address.
     Stdout(io::Error),
+    /// It served, and ended as a renderer hangs.
+    Hung,
 }
 
 impl fmt::Display for ServeError {
@@ -48,29 +50,35 @@ impl fmt::Display for ServeError {
             Self::Listen(listen, error) => out.write_str(&not_listening(listen, error)),
             Self::Open(place, error) => write!(out, "{place}: {error}"),
             Self::Stdout(error) => write!(out, "writing to stdout: {error}"),
+            Self::Hung => {
+                out.write_str("a call to the graphics driver does not return: the server is to be started again")
+            }
         }
     }
 }
 
 impl std::error::Error for ServeError {}
 
-/// Serves until SIGTERM or SIGINT.
+/// Serves until SIGTERM or SIGINT, or until a renderer hangs: no thread can leave a call that does not return, but a new process is
+/// rid of it.
 pub fn serve(config: Config) -> Result<(), ServeError> {
     let runtime = tokio::runtime::Builder::new_multi_thread().enable_all().build().map_err(ServeError::Threads)?;
-    let result = runtime.block_on(run(config));
+    let result = runtime.block_on(async {
+        let factory = core_factory(config.render.wanted(), config.render.kept_bytes);
+        run(config, factory).await
+    });
     // Tables that are still being computed hold no data of users; they are not waited for.
     runtime.shutdown_background();
     result
 }
 
-async fn run(config: Config) -> Result<(), ServeError> {
+async fn run(config: Config, factory: Factory) -> Result<(), ServeError> {
     let mut stop = StopSignals::install()?;
     let (listener, address) = listening(&config.server.listen)?;
     let admin = match &config.server.admin_listen {
         Some(listen) => Some(listening(listen)?),
         None => None,
     };
-    let factory = core_factory(config.render.wanted(), config.render.kept_bytes);
     let place = config.place();
     let app = App::open(config, factory).map_err(|error| ServeError::Open(place.clone(), error))?;
     let app = Arc::new(app);
@@ -88,7 +96,7 @@ async fn run(config: Config) -> Result<(), ServeError> {
         _ = stop.received() => tracing::warn!("told to stop a second time: running requests are cut off"),
     }
     app.queue.close(FAREWELL);
-    Ok(())
+    if app.queue.is_hung() { Err(ServeError::Hung) } else { Ok(()) }
 }
 
 fn listening(listen: &Listen) -> Result<(TcpListener, SocketAddr), ServeError> {
@@ -159,7 +167,12 @@ async fn accept(
         tokio::spawn(async move { door.open(listener, &GracefulShutdown::new()).await });
     }
     let stopped = async {
-        if stop.received().await == Stop::Orderly {
+        let is_orderly = tokio::select! {
+            why = stop.received() => why == Stop::Orderly,
+            // What was in memory is sent to its end.
+            () = app.queue.hung() => true,
+        };
+        if is_orderly {
             app.drain();
             let drain = Duration::from_secs(app.config.server.drain_s);
             tracing::info!(drain_s = drain.as_secs(), "stopping: no longer ready");

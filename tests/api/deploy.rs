@@ -92,6 +92,19 @@ fn the_files_of_replicas_agree() {
     assert!(patience > whole, "{patience} s to finish, and {whole} s are allowed");
 }
 
+/// A server whose driver hangs ends with a failure (`render.restart_after_s`): whoever watches over it starts it again, and asks for nothing else.
+#[test]
+fn a_server_that_ends_is_started_again() {
+    let [unit, compose, container] =
+        ["skyloom.service", "compose.yaml", "Containerfile"].map(|name| std::fs::read_to_string(file(name)).unwrap());
+    assert!(unit.contains("\nRestart=on-failure\n"));
+    let replica = compose.split("services:").next().unwrap();
+    assert_eq!(values(replica, "restart"), ["unless-stopped"]);
+    // No end of the process is taken for a success, and it is the container's own.
+    assert!(!unit.contains("SuccessExitStatus") && !unit.contains("RestartPreventExitStatus"));
+    assert!(container.contains("ENTRYPOINT [\"skyloom\"]"));
+}
+
 /// On a bucket the same replicas have the same settings but for the store; the bucket's server has the port, the bucket and the keys that they ask for, and
 /// is the program that replicas are tested with.
 #[test]

@@ -348,6 +348,12 @@ impl Server {
         self.child.wait().unwrap()
     }
 
+    /// Waits until it ends by itself.
+    #[cfg(target_os = "linux")]
+    pub(crate) fn ends(mut self) -> std::process::ExitStatus {
+        eventually("its end", || self.child.try_wait().unwrap())
+    }
+
     /// Ends it as a crash would.
     pub(crate) fn kill(self) {
         drop(self);

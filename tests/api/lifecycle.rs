@@ -1,6 +1,6 @@
 //! Registering, deleting, restarting, stopping; the viewer and the listings; a machine without a driver.
 
-use std::time::{Duration, SystemTime};
+use std::time::{Duration, Instant, SystemTime};
 
 use serde_json::{Value, json};
 
@@ -212,4 +212,32 @@ fn without_a_driver_the_server_starts_and_says_why_it_cannot_render() {
     assert!(!texture.header("retry-after").is_empty());
     texture.problem(503);
     server.get(&format!("{sky}/cloud.exr?size=0")).names(422, "size");
+}
+
+/// The loader of drivers waits for ever for who would write what it reads, a pipe.
+#[cfg(target_os = "linux")]
+#[test]
+fn a_server_whose_driver_hangs_says_so_and_ends_to_be_started_again() {
+    let place = tempfile::tempdir().unwrap();
+    let [pipe, settings] = ["driver.json", "settings.toml"].map(|name| place.path().join(name));
+    assert!(std::process::Command::new("mkfifo").arg(&pipe).status().unwrap().success());
+    std::fs::write(&settings, "[render]\nunready_after_s = 1\nrestart_after_s = 6\n").unwrap();
+    let [pipe, settings] = [&pipe, &settings].map(|path| path.to_str().unwrap());
+    let drivers = [("VK_DRIVER_FILES", pipe), ("VK_ICD_FILENAMES", pipe)];
+    let server = Server::start(&place.path().join("data"), &["--config", settings], &drivers);
+    server.expect_in_log("a renderer gives no sign of life");
+    server.expect_in_log("a renderer is not expected to go on");
+    let told = eventually("the reason", || {
+        let told = server.get("/health/ready").problem(503);
+        told["detail"].as_str().unwrap().contains("no sign of life").then_some(told)
+    });
+    assert_eq!(told["type"], "/problems/not-ready");
+    let sky = server.sky(&scene());
+    let begun = Instant::now();
+    let texture = server.get(&format!("{sky}/cloud.exr"));
+    assert!(!texture.header("retry-after").is_empty());
+    assert!(texture.problem(503)["detail"].as_str().unwrap().contains("no sign of life"));
+    assert_eq!(server.get("/health/live").status, 200);
+    assert!(begun.elapsed() < Duration::from_secs(1), "{:?}", begun.elapsed());
+    assert_eq!(server.ends().code(), Some(3));
 }

@@ -10,6 +10,8 @@ pub(super) enum Fault {
     Usage(String),
     /// The machine or the program could not: exit code 1.
     Failure(String),
+    /// A driver hangs; a new process may do better: exit code 3.
+    Hung(String),
 }
 
 impl Fault {

@@ -5,6 +5,8 @@ use std::time::Duration;
 use serde::{Deserialize, Serialize};
 use skyloom::scene::Scene;
 
+use crate::render_queue::Patience;
+
 /// `[limits]`: largest things a request may ask for or send.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
@@ -77,6 +79,10 @@ pub struct Render {
     pub kept_bytes: u64,
     /// Renderers that take jobs that are alike side by side; 0 leaves it to the device.
     pub side_by_side: usize,
+    /// Seconds without a sign of life of a renderer after which nothing is rendered until it gives one.
+    pub unready_after_s: u64,
+    /// The same after which the server ends, to be started again.
+    pub restart_after_s: u64,
 }
 
 /// `[log]`: the log on stderr.
@@ -131,7 +137,13 @@ impl Default for Queue {
 
 impl Default for Render {
     fn default() -> Self {
-        Self { adapter: String::new(), kept_bytes: 1 << 30, side_by_side: 0 }
+        Self {
+            adapter: String::new(),
+            kept_bytes: 1 << 30,
+            side_by_side: 0,
+            unready_after_s: 180,
+            restart_after_s: 600,
+        }
     }
 }
 
@@ -149,6 +161,12 @@ impl Queue {
 }
 
 impl Render {
+    /// How long a renderer may give no sign of life.
+    pub fn patience(&self) -> Patience {
+        let [unready, restart] = [self.unready_after_s, self.restart_after_s].map(Duration::from_secs);
+        Patience { unready, restart }
+    }
+
     /// The wanted adapter, or none when any will do.
     pub fn wanted(&self) -> Option<String> {
         Some(self.adapter.clone()).filter(|name| !name.is_empty())

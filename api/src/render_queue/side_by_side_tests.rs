@@ -77,7 +77,8 @@ async fn service(kind: &'static str, side_by_side: usize) -> Service {
         let number = *count - 1;
         Ok(Box::new(Fake { number, kind, seen: sender.clone(), released: Arc::clone(&let_go) }))
     });
-    let queue = RenderQueue::start(factory, 32, 1 << 30, SideBySide::new(side_by_side)).unwrap();
+    let patience = crate::config::Render::default().patience();
+    let queue = RenderQueue::start(factory, 32, 1 << 30, SideBySide::new(side_by_side), patience).unwrap();
     let service = Service { queue: Arc::new(queue), made, seen, released };
     // The second one is made when the first is at a large job.
     let large = service.put(0, 1_000_000, LARGE, 1);

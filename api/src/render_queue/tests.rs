@@ -14,6 +14,9 @@ use tower::ServiceExt as _;
 use skyloom::render::RenderError;
 
 use super::*;
+
+mod hang;
+
 use crate::app::App;
 use crate::config::Config;
 use crate::routes::router;
@@ -23,6 +26,10 @@ enum Act {
     Draw,
     /// Draws once the test says so, or sends something.
     Hold(mpsc::Receiver<()>),
+    /// As a call to a driver that does not return before the test is over, whoever waits for it.
+    Hang(mpsc::Receiver<()>),
+    /// So many pieces of work of some length, with a look at the watch between them.
+    Bands(u32, Duration),
     Panic,
     Lose,
     Starve,
@@ -56,6 +63,13 @@ impl Render for Fake {
                     }
                 }
             }
+            Act::Hang(until) => until.recv().unwrap_or_default(),
+            Act::Bands(count, each) => {
+                for _ in 0..count {
+                    std::thread::sleep(each);
+                    watch.give_way.as_ref().unwrap()();
+                }
+            }
             Act::Panic => panic!("a test"),
             Act::Lose => return Err(RenderError::DeviceLost("a test".into())),
             Act::Starve => return Err(RenderError::OutOfMemory(GpuError::OutOfMemory("a test".into()))),
@@ -78,11 +92,15 @@ struct Service {
 }
 
 fn service(script: Vec<Act>, depth: usize, timeout_s: u64) -> Service {
-    let data = tempfile::tempdir().unwrap();
     let mut config = Config::default();
-    config.server.data = data.path().to_path_buf();
     config.queue.depth = depth;
     config.queue.timeout_s = timeout_s;
+    service_with(script, config)
+}
+
+fn service_with(script: Vec<Act>, mut config: Config) -> Service {
+    let data = tempfile::tempdir().unwrap();
+    config.server.data = data.path().to_path_buf();
     let (script, made) = (Arc::new(Mutex::new(script)), Arc::new(Mutex::new(0)));
     let (sender, seen) = mpsc::channel();
     let count = Arc::clone(&made);

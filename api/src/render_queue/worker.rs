@@ -13,6 +13,7 @@ use tokio::sync::watch;
 use super::line::Line;
 use super::order::{Failure, Held, Order, failure};
 use super::pool::MAIN;
+use super::pulse::Pulses;
 use super::renderer::{Adapter, Factory, Render};
 use super::room::Room;
 use super::side_by_side::SideBySide;
@@ -34,13 +35,6 @@ pub enum State {
     Failed(String),
 }
 
-/// What the main thread tells of itself.
-#[derive(Default)]
-pub(super) struct Shared {
-    pub(super) adapter: Mutex<Option<Arc<Adapter>>>,
-    pub(super) busy_since: Mutex<Option<Instant>>,
-}
-
 pub(super) fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
@@ -51,7 +45,9 @@ pub(super) struct Worker {
     pub(super) factory: Arc<Mutex<Factory>>,
     pub(super) line: Arc<Line>,
     pub(super) tell: Arc<watch::Sender<State>>,
-    pub(super) shared: Arc<Shared>,
+    /// The adapter of the main one.
+    pub(super) adapter: Arc<Mutex<Option<Arc<Adapter>>>>,
+    pub(super) pulses: Arc<Pulses>,
     pub(super) slots: Pictures,
     pub(super) turns: Arc<Turns>,
     /// Memory of all renderers but the main one.
@@ -82,17 +78,18 @@ impl Worker {
         let mut pause = RETRY.0;
         let mut begin_with = None;
         loop {
-            match self.make() {
+            match self.make(MAIN) {
                 Ok(mut renderer) => {
                     pause = RETRY.0;
                     let adapter = renderer.adapter();
                     tracing::info!(adapter = adapter.name, driver = adapter.driver, backend = adapter.backend, "ready");
                     self.line.go_side_by_side(self.side_by_side.of(&adapter));
-                    *lock(&self.shared.adapter) = Some(Arc::new(adapter));
+                    *lock(&self.adapter) = Some(Arc::new(adapter));
                     self.tell.send_replace(State::Ready);
                     self.line.has(MAIN, true);
                     let leave = self.serve(MAIN, renderer.as_mut(), begin_with.take());
                     self.line.has(MAIN, false);
+                    self.let_go(MAIN, renderer);
                     match leave {
                         Leave::Closed => return,
                         Leave::Lost(order) => begin_with = order,
@@ -124,11 +121,12 @@ impl Worker {
     pub(super) fn help(&self, number: usize) {
         let mut begin_with = None;
         while begin_with.is_some() || self.line.needs_help(number) {
-            match self.make() {
+            match self.make(number) {
                 Ok(mut renderer) => {
                     self.line.has(number, true);
                     let leave = self.serve(number, renderer.as_mut(), begin_with.take());
                     self.line.has(number, false);
+                    self.let_go(number, renderer);
                     match leave {
                         Leave::Closed => return,
                         Leave::Lost(order) => begin_with = order,
@@ -147,11 +145,19 @@ impl Worker {
         }
     }
 
-    fn make(&self) -> Result<Box<dyn Render>, NoRenderer> {
-        match catch_unwind(AssertUnwindSafe(|| (lock(&self.factory))())) {
+    fn make(&self, number: usize) -> Result<Box<dyn Render>, NoRenderer> {
+        let mut factory = lock(&self.factory);
+        let _pulse = self.pulses.begin(number);
+        match catch_unwind(AssertUnwindSafe(|| factory())) {
             Ok(made) => Ok(made?),
             Err(_panic) => Err(NoRenderer::Panicked),
         }
+    }
+
+    /// The driver waits there for what the device is at.
+    fn let_go(&self, number: usize, renderer: Box<dyn Render>) {
+        let _pulse = self.pulses.begin(number);
+        drop(renderer);
     }
 
     fn serve(&self, number: usize, renderer: &mut dyn Render, begin_with: Option<Waiting<Order>>) -> Leave {
@@ -191,18 +197,14 @@ impl Worker {
                 }
             };
             let start = Instant::now();
-            if number == MAIN {
-                *lock(&self.shared.busy_since) = Some(start);
-            }
             let rendered = {
                 let (turn, cancelled) = (self.turns.begin(one.cost), Arc::clone(&order.watch.cancelled));
-                let give_way: Arc<dyn Fn() + Send + Sync> = Arc::new(move || turn.give_way(&cancelled));
+                let pulse = self.pulses.begin(number);
+                let give_way: Arc<dyn Fn() + Send + Sync> =
+                    Arc::new(move || pulse.resting(|| turn.give_way(&cancelled)));
                 let watch = Watch { give_way: Some(give_way), ..order.watch.clone() };
                 catch_unwind(AssertUnwindSafe(|| renderer.render(&order.job, &watch)))
             };
-            if number == MAIN {
-                *lock(&self.shared.busy_since) = None;
-            }
             drop(room);
             let took = matches!(rendered, Ok(Ok(_))).then(|| start.elapsed());
             self.line.done(number, one.cost, took);
