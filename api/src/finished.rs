@@ -3,6 +3,7 @@
 
 use std::io::{self, Read, Write};
 use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Instant;
 
 use serde::{Deserialize, Serialize};
@@ -27,8 +28,10 @@ const DIGEST: usize = 32;
 const ABOUT: usize = 64 << 10;
 /// Textures read at a time.
 const READ_AT_A_TIME: usize = 4;
-/// Textures written at a time: each holds its reply.
-const WRITTEN_AT_A_TIME: usize = 1;
+/// KiB of textures that wait to be written, each of which holds its reply.
+const WAITING: usize = 128 << 10;
+/// The part of it that one counts at most: one that is larger waits, and leaves room for small ones.
+const ONE: usize = 96 << 10;
 
 /// What is told of a texture beside its bytes.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -44,14 +47,22 @@ pub struct About {
 pub struct Finished {
     store: Arc<dyn Store>,
     reading: Arc<Semaphore>,
+    /// One is written at a time.
     writing: Arc<Semaphore>,
+    waiting: Arc<Semaphore>,
+    unkept: Arc<AtomicU64>,
 }
 
 impl Finished {
     /// Those of a store, which bounds them.
     pub fn new(store: Arc<dyn Store>) -> Self {
-        let [reading, writing] = [READ_AT_A_TIME, WRITTEN_AT_A_TIME].map(|places| Arc::new(Semaphore::new(places)));
-        Self { store, reading, writing }
+        let [reading, writing, waiting] = [READ_AT_A_TIME, 1, WAITING].map(|places| Arc::new(Semaphore::new(places)));
+        Self { store, reading, writing, waiting, unkept: Arc::default() }
+    }
+
+    /// Textures that were not kept, as too many others were being written.
+    pub fn unkept(&self) -> u64 {
+        self.unkept.load(Ordering::Relaxed)
     }
 
     /// A texture, if it is there and sound: all of it is read, and its hash found right, before any of it is given. It goes where replies
@@ -64,40 +75,52 @@ impl Finished {
         deadline: Instant,
     ) -> Result<Option<(About, Content, Share)>, ApiError> {
         let (store, key) = (Arc::clone(&self.store), key(tag));
-        let opened = {
-            let Ok(_place) = self.reading.acquire().await else { return Ok(None) };
-            spawn_blocking(move || store.open(&key)).await
+        let place = || Arc::clone(&self.reading).acquire_owned();
+        // Places and shares are where the work is, which goes on when nobody waits for it any more.
+        let Ok(held) = place().await else { return Ok(None) };
+        let open = move || {
+            let _held = held;
+            store.open(&key)
         };
+        let opened = spawn_blocking(open).await;
         let Some(mut blob) = unless_damaged(tag, opened) else { return Ok(None) };
         let mut sink = spool.sink(client, blob.length);
         // Without a place: those that wait for room must not keep others from theirs.
         let mut share = memory.take(client, sink.in_memory(), deadline).await.ok_or(ApiError::Crowded)?;
-        let Ok(_place) = self.reading.acquire().await else { return Ok(None) };
+        let Ok(held) = place().await else { return Ok(None) };
         let own = tag.to_owned();
         let copy = move || {
+            let _held = held;
             let about = read(&own, &mut blob.bytes, &mut sink).map_err(StoreError::io("reading", &own))?;
             if about.is_none() {
                 tracing::warn!(tag = own, "a finished texture is damaged and is made again");
             }
-            Ok(about.map(|about| (about, sink.end())))
+            Ok(about.map(|about| {
+                let content = sink.end();
+                share.correct(content.in_memory());
+                (about, content, share)
+            }))
         };
-        let found = unless_damaged(tag, spawn_blocking(copy).await);
-        Ok(found.map(|(about, content)| {
-            share.correct(content.in_memory());
-            (about, content, share)
-        }))
+        Ok(unless_damaged(tag, spawn_blocking(copy).await))
     }
 
-    /// Keeps a texture while its reply is sent already. Where another is being written it is not kept: it can be made again.
+    /// Keeps a texture while its reply is sent already. Where too many bytes wait to be written it is not kept: it can be made again.
     pub fn keep(&self, tag: &str, about: About, content: Content) {
-        let Ok(place) = Arc::clone(&self.writing).try_acquire_owned() else { return };
-        let (store, tag) = (Arc::clone(&self.store), tag.to_owned());
-        spawn_blocking(move || {
-            let _place = place;
-            let kept = write(&*store, &tag, &about, &content);
-            if let Err(error) = kept {
-                tracing::warn!(tag, %error, "a finished texture could not be kept");
-            }
+        let share = usize::try_from(content.length().div_ceil(1024)).unwrap_or(usize::MAX).min(ONE) as u32;
+        let Ok(share) = Arc::clone(&self.waiting).try_acquire_many_owned(share) else {
+            self.unkept.fetch_add(1, Ordering::Relaxed);
+            return;
+        };
+        let (store, writing, tag) = (Arc::clone(&self.store), Arc::clone(&self.writing), tag.to_owned());
+        tokio::spawn(async move {
+            let Ok(place) = writing.acquire_owned().await else { return };
+            spawn_blocking(move || {
+                let _held = (place, share);
+                let kept = write(&*store, &tag, &about, &content);
+                if let Err(error) = kept {
+                    tracing::warn!(tag, %error, "a finished texture could not be kept");
+                }
+            });
         });
     }
 }
@@ -169,15 +192,124 @@ fn filled(file: &mut dyn Read, bytes: &mut [u8]) -> io::Result<bool> {
 #[cfg(test)]
 #[allow(clippy::unwrap_used, reason = "a test stops where it fails")]
 mod tests {
+    use std::sync::{Condvar, Mutex};
     use std::time::Duration;
-
-    use axum::body::Bytes;
-    use futures_util::StreamExt as _;
-    use futures_util::stream::FuturesUnordered;
-    use skyloom::store::Folder;
 
     use super::*;
     use crate::spool::LARGE;
+    use axum::body::Bytes;
+    use futures_util::StreamExt as _;
+    use futures_util::stream::FuturesUnordered;
+    use skyloom::store::{Blob, Entry, Folder};
+
+    /// A store that writes, and gives what is read, while a gate is open.
+    #[derive(Debug)]
+    struct Gated(Folder, Arc<Gate>);
+
+    #[derive(Debug, Default)]
+    struct Gate(Mutex<bool>, Condvar);
+
+    impl Gate {
+        fn open(&self, is_open: bool) {
+            *self.0.lock().unwrap() = is_open;
+            self.1.notify_all();
+        }
+
+        fn pass(&self) {
+            drop(self.1.wait_while(self.0.lock().unwrap(), |is_open| !*is_open).unwrap());
+        }
+    }
+
+    struct GatedBytes(Box<dyn Read + Send>, Arc<Gate>);
+
+    impl Read for GatedBytes {
+        fn read(&mut self, into: &mut [u8]) -> io::Result<usize> {
+            self.1.pass();
+            self.0.read(into)
+        }
+    }
+
+    impl Store for Gated {
+        fn get(&self, key: &str) -> Result<Option<Vec<u8>>, StoreError> {
+            self.0.get(key)
+        }
+        fn open(&self, key: &str) -> Result<Option<Blob>, StoreError> {
+            let gated = |blob: Blob| Blob { bytes: Box::new(GatedBytes(blob.bytes, Arc::clone(&self.1))), ..blob };
+            Ok(self.0.open(key)?.map(gated))
+        }
+        fn put(&self, key: &str, bytes: &[u8]) -> Result<(), StoreError> {
+            self.0.put(key, bytes)
+        }
+        fn put_from(&self, key: &str, length: u64, bytes: &mut dyn Read) -> Result<(), StoreError> {
+            self.1.pass();
+            self.0.put_from(key, length, bytes)
+        }
+        fn create(&self, key: &str, bytes: &[u8]) -> Result<bool, StoreError> {
+            self.0.create(key, bytes)
+        }
+        fn delete(&self, key: &str) -> Result<bool, StoreError> {
+            self.0.delete(key)
+        }
+        fn list(&self, folder: &str) -> Result<Vec<Entry>, StoreError> {
+            self.0.list(folder)
+        }
+        fn exists(&self, key: &str) -> Result<bool, StoreError> {
+            self.0.exists(key)
+        }
+        fn used(&self, key: &str) {
+            self.0.used(key);
+        }
+    }
+
+    async fn eventually(is_so: impl Fn() -> bool) {
+        while !is_so() {
+            tokio::time::sleep(Duration::from_millis(2)).await;
+        }
+    }
+
+    #[tokio::test]
+    async fn those_that_wait_to_be_written_are_all_kept_and_what_has_no_room_is_counted() {
+        let data = tempfile::tempdir().unwrap();
+        let gate = Arc::<Gate>::default();
+        let finished = Finished::new(Arc::new(Gated(Folder::new(data.path()), Arc::clone(&gate))));
+        let about = || About { depth: "32".to_owned(), shape: [1, 2, 3] };
+        let [large, small] = [(ONE + 1) << 10, 1000].map(|length| Content::Memory(vec![7; length].into()));
+        finished.keep("large", about(), large.clone());
+        finished.keep("other", about(), large);
+        let names: Vec<_> = (0..20).map(|number| format!("small{number}")).collect();
+        names.iter().for_each(|name| finished.keep(name, about(), small.clone()));
+        assert_eq!(finished.unkept(), 1, "the second large one");
+        gate.open(true);
+        let is_there = |name: &str| finished.store.exists(&key(name)).unwrap();
+        eventually(|| is_there("large") && names.iter().all(|name| is_there(name))).await;
+        eventually(|| finished.waiting.available_permits() == WAITING).await;
+        assert!(!is_there("other"));
+    }
+
+    #[tokio::test]
+    async fn whoever_goes_away_leaves_place_and_share_to_the_copy_that_goes_on() {
+        let data = tempfile::tempdir().unwrap();
+        let gate = Arc::<Gate>::default();
+        let finished = Finished::new(Arc::new(Gated(Folder::new(data.path()), Arc::clone(&gate))));
+        let about = About { depth: "32".to_owned(), shape: [1, 2, 3] };
+        write(&Folder::new(data.path()), "a1", &about, &Content::Memory(vec![7; 5000].into())).unwrap();
+        let memory = Arc::new(Budget::new(1 << 20));
+        let (own, budget) = (finished.clone(), Arc::clone(&memory));
+        let hit = tokio::spawn(async move {
+            let deadline = Instant::now() + Duration::from_secs(60);
+            own.load("a1", (&Spool::new(None, 0), &budget), &Client::default(), deadline)
+                .await
+                .map(|found| found.is_some())
+        });
+        let taken = || (memory.used() > 0, finished.reading.available_permits());
+        eventually(|| taken() == (true, READ_AT_A_TIME - 1)).await;
+        hit.abort();
+        assert!(hit.await.unwrap_err().is_cancelled());
+        tokio::time::sleep(Duration::from_millis(20)).await;
+        assert_eq!(taken(), (true, READ_AT_A_TIME - 1), "it is in memory still");
+        gate.open(true);
+        eventually(|| taken() == (false, READ_AT_A_TIME)).await;
+    }
 
     #[test]
     fn every_changed_byte_every_cut_and_another_name_are_noticed() {

@@ -148,6 +148,8 @@ impl Metrics {
         for (kind, bounded) in ["tables", "textures"].into_iter().zip(&app.bounded) {
             page.line("skyloom_store_evicted_total", &[("kind", kind)], bounded.counts().0 as f64);
         }
+        let help = "Finished textures that were not kept, as too many others were being written.";
+        page.single("skyloom_store_unkept_total", "counter", help, app.replies.unkept() as f64);
         page.family("skyloom_memory_bytes", "gauge", "Memory that requests in progress take.");
         for (what, budget) in [("bodies", &app.uploads), ("replies", &app.deliveries)] {
             page.line("skyloom_memory_bytes", &[("what", what)], budget.used() as f64);

@@ -109,6 +109,11 @@ impl Replies {
         self.kept.get(tag)
     }
 
+    /// Replies that were not kept in the store, as too many others were being written.
+    pub fn unkept(&self) -> u64 {
+        self.finished.as_ref().map_or(0, Finished::unkept)
+    }
+
     /// Bytes that are in memory.
     pub fn bytes(&self) -> u64 {
         self.kept.weighted_size()

@@ -15,7 +15,10 @@ use skyloom::render::RenderError;
 
 use super::*;
 
+#[cfg(test)]
 mod hang;
+#[cfg(test)]
+mod kept;
 
 use crate::app::App;
 use crate::config::Config;
@@ -88,7 +91,7 @@ struct Service {
     app: Arc<App>,
     made: Arc<Mutex<usize>>,
     seen: mpsc::Receiver<()>,
-    _data: tempfile::TempDir,
+    data: tempfile::TempDir,
 }
 
 fn service(script: Vec<Act>, depth: usize, timeout_s: u64) -> Service {
@@ -108,7 +111,7 @@ fn service_with(script: Vec<Act>, mut config: Config) -> Service {
         *lock(&count) += 1;
         Ok(Box::new(Fake { script: Arc::clone(&script), seen: sender.clone() }))
     });
-    Service { app: Arc::new(App::open(config, factory).unwrap()), made, seen, _data: data }
+    Service { app: Arc::new(App::open(config, factory).unwrap()), made, seen, data }
 }
 
 impl Service {
@@ -294,7 +297,7 @@ async fn without_a_device_readiness_and_textures_give_the_reason_and_the_rest_wo
     config.server.data = data.path().to_path_buf();
     let app = App::open(config, Box::new(|| Err(GpuError::NoAdapter("install a driver".to_owned())))).unwrap();
     let (_sender, seen) = mpsc::channel();
-    let service = Service { app: Arc::new(app), made: Arc::default(), seen, _data: data };
+    let service = Service { app: Arc::new(app), made: Arc::default(), seen, data };
     let sky = service.sky().await;
     for uri in [format!("{sky}/shadow.f32"), "/health/ready".to_owned()] {
         let response = service.get(&uri).await;

@@ -148,7 +148,7 @@ impl Worker {
     fn make(&self, number: usize) -> Result<Box<dyn Render>, NoRenderer> {
         let mut factory = lock(&self.factory);
         let _pulse = self.pulses.begin(number);
-        match catch_unwind(AssertUnwindSafe(|| factory())) {
+        match catch_unwind(AssertUnwindSafe(&mut **factory)) {
             Ok(made) => Ok(made?),
             Err(_panic) => Err(NoRenderer::Panicked),
         }
