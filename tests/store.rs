@@ -44,6 +44,12 @@ fn blobs_are_put_got_listed_and_deleted() {
         assert_eq!(listed, [("b".to_owned(), bytes.len() as u64)]);
     }
     assert!(store.exists("a/b").unwrap() && store.delete("a/b").unwrap() && !store.exists("a/b").unwrap());
+    let keys = ["a/b", "a/c", "d/e", "f/g"].map(str::to_owned);
+    keys[..3].iter().for_each(|key| store.put(key, b"x").unwrap());
+    store.put("a/d", b"x").unwrap();
+    store.delete_all(&keys).unwrap();
+    assert!(keys.iter().all(|key| !store.exists(key).unwrap()) && store.exists("a/d").unwrap());
+    assert!(matches!(store.delete_all(&["a/D".to_owned()]), Err(StoreError::Key(_))));
     assert!(matches!(store.put("../b", b"x"), Err(StoreError::Key(_))));
     assert!(matches!(store.get("a/B"), Err(StoreError::Key(_))));
 }

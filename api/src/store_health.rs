@@ -122,6 +122,10 @@ impl Store for Watched {
         self.note(self.store.delete(key))
     }
 
+    fn delete_all(&self, keys: &[String]) -> Result<(), StoreError> {
+        self.note(self.store.delete_all(keys))
+    }
+
     fn list(&self, folder: &str) -> Result<Vec<Entry>, StoreError> {
         self.note(self.store.list(folder))
     }

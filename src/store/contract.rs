@@ -49,11 +49,19 @@ pub trait Store: fmt::Debug + Send + Sync {
     /// As of [`Store::put`].
     fn create(&self, key: &str, bytes: &[u8]) -> Result<bool, StoreError>;
 
-    /// Removes a key; false when there was none.
+    /// Removes a key; false when there was none. Once this returns it stays gone after a loss of power.
     ///
     /// # Errors
     /// When the key is none, or removing fails.
     fn delete(&self, key: &str) -> Result<bool, StoreError>;
+
+    /// The same of several keys, whether they are there or not. After a loss of power before this returns any of them may be there.
+    ///
+    /// # Errors
+    /// As of [`Store::delete`].
+    fn delete_all(&self, keys: &[String]) -> Result<(), StoreError> {
+        keys.iter().try_for_each(|key| self.delete(key).map(drop))
+    }
 
     /// The keys directly below `folder`, in no order. What stands there under a name that cannot be a key is left out.
     ///

@@ -1,12 +1,13 @@
 //! A store in a folder of the local disk.
 
+use std::collections::BTreeMap;
 use std::fs::{self, File};
 use std::io::{self, Read};
 use std::path::{Component, Path, PathBuf};
 use std::time::{SystemTime, UNIX_EPOCH};
 
 use super::atomic::{
-    create_atomically, is_leftover, make_folder, rename_folder, write_atomically, write_atomically_by,
+    create_atomically, is_leftover, make_folder, rename_folder, sync_folder, write_atomically, write_atomically_by,
 };
 use super::contract::{Blob, Entry, Store, StoreError, Upkeep, is_length, is_part};
 
@@ -39,6 +40,16 @@ impl Folder {
     fn anything(&self, path: &str) -> Result<PathBuf, StoreError> {
         let inside = Path::new(path).components().all(|part| matches!(part, Component::Normal(_)));
         if inside && !path.is_empty() { Ok(self.root.join(path)) } else { Err(StoreError::Key(path.to_owned())) }
+    }
+
+    /// Removes a key's file; gives the folder whose list of names is to be synced, if there was one.
+    fn remove(&self, key: &str) -> Result<Option<PathBuf>, StoreError> {
+        if !self.exists(key)? {
+            return Ok(None);
+        }
+        let path = self.path(key)?;
+        let gone = found(fs::remove_file(&path)).map_err(StoreError::io("removing", key))?;
+        Ok(gone.and(path.parent()).map(Path::to_owned))
     }
 
     fn path(&self, key: &str) -> Result<PathBuf, StoreError> {
@@ -96,11 +107,17 @@ impl Store for Folder {
     }
 
     fn delete(&self, key: &str) -> Result<bool, StoreError> {
-        if !self.exists(key)? {
-            return Ok(false);
+        let Some(folder) = self.remove(key)? else { return Ok(false) };
+        sync_folder(&folder).map_err(StoreError::io("removing", key))?;
+        Ok(true)
+    }
+
+    fn delete_all(&self, keys: &[String]) -> Result<(), StoreError> {
+        let mut folders = BTreeMap::new();
+        for key in keys {
+            folders.extend(self.remove(key)?.map(|folder| (folder, key)));
         }
-        let gone = found(fs::remove_file(self.path(key)?)).map_err(StoreError::io("removing", key))?;
-        Ok(gone.is_some())
+        folders.iter().try_for_each(|(folder, key)| sync_folder(folder).map_err(StoreError::io("removing", key)))
     }
 
     fn list(&self, folder: &str) -> Result<Vec<Entry>, StoreError> {

@@ -93,10 +93,17 @@ async fn make(app: &Arc<App>, job: &Arc<Job>, at_ms: i64) -> Result<bool, ApiErr
         }
         Turn::Own(held) => Arc::new(held),
     };
-    tokio::select! {
+    let done = tokio::select! {
         done = draw(app, job, at_ms) => done.map(|()| true),
         never = beat(Arc::clone(&held)) => match never {},
-    }
+    };
+    // Giving the claim back takes the disk's time.
+    blocking(move || {
+        drop(held);
+        Ok(())
+    })
+    .await?;
+    done
 }
 
 /// Tells the others again and again that the maker of a frame lives.
