@@ -13,6 +13,7 @@ mod damage;
 mod damaged_jobs;
 mod deploy;
 mod description;
+mod disks;
 mod film;
 mod frames;
 mod harness;

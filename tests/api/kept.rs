@@ -1,8 +1,7 @@
-//! The store as a whole: checked, repaired, kept within its quotas, full, read-only, and shared.
+//! The store as a whole: checked, repaired, kept within its quotas, away, and shared.
 
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::process::Command;
 use std::sync::atomic::{AtomicU32, Ordering};
 use std::time::{Duration, SystemTime};
 
@@ -12,18 +11,18 @@ use crate::harness::{NO_DRIVER, Server, eventually, kills, program, scene};
 use crate::images::ramp;
 
 /// Runs `skyloom store`: its exit code, and what it told.
-fn store(data: &Path, command: &str, options: &[&str]) -> (i32, String) {
+pub(crate) fn store(data: &Path, command: &str, options: &[&str]) -> (i32, String) {
     let done = program().args(["store", command, "--data"]).arg(data).args(options).output().unwrap();
     (done.status.code().unwrap(), String::from_utf8(done.stdout).unwrap())
 }
 
-fn settings(place: &Path, text: &str) -> String {
+pub(crate) fn settings(place: &Path, text: &str) -> String {
     let file = place.join("settings.toml");
     fs::write(&file, text).unwrap();
     file.to_str().unwrap().to_owned()
 }
 
-fn sun(zenith: u32) -> Value {
+pub(crate) fn sun(zenith: u32) -> Value {
     let mut own = scene();
     own["sun"]["zenith_deg"] = zenith.into();
     own
@@ -218,84 +217,6 @@ fn several_servers_on_one_store_see_the_same() {
     assert_eq!(other.sky(&sun(23)), sky);
     std::thread::sleep(Duration::from_millis(1100));
     assert_eq!((one.get(&sky).status, other.get(&sky).status), (200, 200));
-}
-
-/// A small file system of its own; removed when dropped.
-struct Disk(PathBuf);
-
-impl Disk {
-    /// None where this user may not mount.
-    fn mount(place: &Path) -> Option<Self> {
-        fs::create_dir_all(place).unwrap();
-        let mounted = Command::new("mount").args(["-t", "tmpfs", "-o", "size=1m", "skyloom"]).arg(place).output();
-        mounted.is_ok_and(|done| done.status.success()).then(|| Self(place.to_owned()))
-    }
-
-    fn remount(&self, how: &str) {
-        let done = Command::new("mount").args(["-o", &format!("remount,{how}")]).arg(&self.0).output().unwrap();
-        assert!(done.status.success(), "{}", String::from_utf8_lossy(&done.stderr));
-    }
-}
-
-impl Drop for Disk {
-    fn drop(&mut self) {
-        let _ = Command::new("umount").arg("-l").arg(&self.0).status();
-    }
-}
-
-#[test]
-fn a_disk_that_is_full_or_read_only_is_told_and_all_goes_on_when_it_is_not() {
-    let place = tempfile::tempdir().unwrap();
-    let Some(disk) = Disk::mount(&place.path().join("disk")) else {
-        eprintln!("a small disk cannot be mounted here: a disk that fails is tested in store_health.rs alone");
-        return;
-    };
-    let file = settings(place.path(), "[store]\ntexture_bytes = 0\n");
-    let server = Server::start(&disk.0.join("data"), &["--config", &file], &[]);
-    server.is_ready();
-    server.expect_in_log("the store cannot be written");
-    server.expect_in_log("tables could not be kept");
-    let (sky, image) = (server.sky(&sun(24)), ramp(24));
-    let ready = || server.get("/health/ready");
-    let recovers = |zenith: u32| {
-        eventually("recovery", || (ready().status == 200).then_some(()));
-        assert_eq!(server.post_scene(sun(zenith).to_string().as_bytes()).status, 201);
-    };
-    // To the last byte.
-    let filler = disk.0.join("filler");
-    let mut file = fs::File::create(&filler).unwrap();
-    for size in [65_536, 4096, 1] {
-        while std::io::Write::write_all(&mut file, &vec![0; size]).is_ok() {}
-    }
-    drop(file);
-    let problem = server.post_scene(sun(25).to_string().as_bytes()).problem(507);
-    assert!(
-        problem["type"] == "/problems/store-full" && problem["detail"].as_str().unwrap().contains("no space"),
-        "{problem}"
-    );
-    server.post_image("image/png", &image).problem(507);
-    let told = ready().problem(503);
-    assert!(told["detail"].as_str().unwrap().contains("no space"), "{told}");
-    // What is there goes on.
-    assert_eq!(server.get(&sky).status, 200);
-    assert_eq!(server.get(&format!("{sky}/shadow.f32?size=4")).status, 200);
-    fs::remove_file(&filler).unwrap();
-    recovers(25);
-    disk.remount("ro");
-    for problem in [
-        server.post_scene(sun(26).to_string().as_bytes()).problem(503),
-        server.post_image("image/png", &image).problem(503),
-        server.ask("DELETE", &sky, &[], b"").problem(503),
-        ready().problem(503),
-    ] {
-        assert!(problem["detail"].as_str().unwrap().to_lowercase().contains("read-only"), "{problem}");
-    }
-    assert_eq!(server.get(&sky).status, 200);
-    disk.remount("rw");
-    recovers(26);
-    assert_eq!(server.ask("DELETE", &sky, &[], b"").status, 204);
-    server.kill();
-    assert_eq!(store(&disk.0.join("data"), "check", &[]).0, 0);
 }
 
 #[test]

@@ -18,6 +18,10 @@ use super::record::{File, Frame, Name, file_name, read_name, record_name};
 use crate::clock;
 use crate::spool::{Content, pass};
 
+#[cfg(test)]
+#[allow(clippy::unwrap_used, reason = "a test stops where it fails")]
+mod tests;
+
 /// The frames by the moment at which they are due.
 type Frames = BTreeMap<i64, Frame>;
 
@@ -215,6 +219,20 @@ impl FrameFolder {
         if *is_closed {
             return Ok(());
         }
+        let written = self.write(at_ms, time, definition, files);
+        let record = self.key(&record_name(at_ms));
+        // Of a frame that is none, as its record could not be written, the files would take up the room that was missing.
+        if written.is_err() && self.store.exists(&record).is_ok_and(|exists| !exists) {
+            let keys: Vec<_> = files.iter().map(|(file, _)| self.key(&file_name(at_ms, file))).collect();
+            if let Err(error) = self.store.delete_all(&keys) {
+                tracing::debug!(job = self.job, %error, "files of a frame that could not be kept stay");
+            }
+        }
+        lock(&self.frames).insert(at_ms, written?);
+        Ok(())
+    }
+
+    fn write(&self, at_ms: i64, time: f64, definition: &str, files: &[(String, Content)]) -> Result<Frame, StoreError> {
         let mut hashes = BTreeMap::new();
         for (file, content) in files {
             let (key, length) = (self.key(&file_name(at_ms, file)), content.length());
@@ -225,18 +243,15 @@ impl FrameFolder {
         }
         let frame = Frame { time, definition: definition.to_owned(), version: skyloom::VERSION.clone(), files: hashes };
         self.store.put(&self.key(&record_name(at_ms)), frame.record(at_ms).as_bytes())?;
-        lock(&self.frames).insert(at_ms, frame);
-        Ok(())
+        Ok(frame)
     }
 
     /// Drops a frame: its record first, so that what is left of it after a crash is none.
     pub fn drop_frame(&self, at_ms: i64) -> Result<(), StoreError> {
         let Some(frame) = lock(&self.frames).remove(&at_ms) else { return Ok(()) };
         self.store.delete(&self.key(&record_name(at_ms)))?;
-        for file in frame.files.keys() {
-            self.store.delete(&self.key(&file_name(at_ms, file)))?;
-        }
-        Ok(())
+        let keys: Vec<_> = frame.files.keys().map(|file| self.key(&file_name(at_ms, file))).collect();
+        self.store.delete_all(&keys)
     }
 
     /// Drops all but the newest frames that are due, and those that are not due yet.
@@ -253,18 +268,16 @@ impl FrameFolder {
     /// Closes, and drops everything, the folder's own documents too.
     pub fn clear(&self) -> Result<(), StoreError> {
         self.close();
-        for name in ["latest.json", "manifest.json"] {
-            self.store.delete(&self.key(name))?;
-        }
-        let all: Vec<i64> = lock(&self.frames).keys().copied().collect();
-        all.into_iter().try_for_each(|at| self.drop_frame(at))?;
-        // Frames of other servers, claims, and what was being written.
-        for entry in self.store.list(&self.folder)? {
-            if read_name(&entry.name).is_some() {
-                self.store.delete(&self.key(&entry.name))?;
-            }
-        }
-        Ok(())
+        lock(&self.frames).clear();
+        self.store.delete_all(&["latest.json", "manifest.json"].map(|name| self.key(name)))?;
+        // Frames of other servers, claims, and what was being written, too; records first.
+        let names = self.store.list(&self.folder)?.into_iter().map(|entry| entry.name);
+        let named = names.filter_map(|name| Some((read_name(&name)?.1 == Name::Record, self.key(&name))));
+        let (records, others): (Vec<_>, Vec<_>) = named.partition(|(is_record, _)| *is_record);
+        [records, others].into_iter().try_for_each(|some| {
+            let keys: Vec<_> = some.into_iter().map(|(_, key)| key).collect();
+            self.store.delete_all(&keys)
+        })
     }
 
     /// What is known of a file of a frame, sound or not.
@@ -358,80 +371,4 @@ fn describe(at_ms: i64, frame: &Frame) -> Value {
     };
     let textures: serde_json::Map<_, _> = frame.files.iter().map(file).collect();
     json!({ "at": clock::rfc3339(at_ms), "time": frame.time, "textures": textures })
-}
-
-#[cfg(test)]
-#[allow(clippy::unwrap_used, reason = "a test stops where it fails")]
-mod tests {
-    use skyloom::store::Folder;
-
-    use super::*;
-
-    const AT: i64 = clock::DEFAULT_START_MS;
-
-    fn open(path: &std::path::Path, definition: &str) -> FrameFolder {
-        FrameFolder::open(Arc::new(Folder::new(path)), "jobs/roof".to_owned(), "roof", definition).unwrap()
-    }
-
-    fn fill(folder: &FrameFolder) {
-        for number in 0..4 {
-            let bytes = Content::Memory(vec![u8::try_from(number).unwrap(); 9].into());
-            let files = [("cloud.exr".to_owned(), bytes.clone()), ("sky.png".to_owned(), bytes)];
-            folder.keep(AT + number * 1000, number as f64, "d", &files).unwrap();
-        }
-    }
-
-    #[test]
-    fn every_file_that_is_damaged_or_gone_is_noticed_and_its_frame_alone_is_dropped() {
-        for name in ["20260101t000001z.json", "20260101t000001z-cloud.exr", "20260101t000001z-sky.png"] {
-            for gone in [false, true] {
-                let data = tempfile::tempdir().unwrap();
-                fill(&open(data.path(), "d"));
-                let path = data.path().join("jobs/roof").join(name);
-                if gone {
-                    std::fs::remove_file(&path).unwrap();
-                } else {
-                    std::fs::write(&path, b"{\"time\": 1").unwrap();
-                }
-                let folder = open(data.path(), "d");
-                // Damage that shows without reading every file, and no record that is gone: that is a frame that was dropped.
-                let is_seen = if name.ends_with(".json") { !gone } else { gone };
-                assert_eq!(folder.lost, if is_seen { vec![AT + 1000] } else { Vec::new() }, "{name} {gone}");
-                assert!(!folder.is_whole(AT + 1000).unwrap() && !folder.has(AT + 1000), "{name} {gone}");
-                assert!([0, 2, 3].iter().all(|number| folder.is_whole(AT + number * 1000).unwrap()), "{name} {gone}");
-                let left = std::fs::read_dir(data.path().join("jobs/roof")).unwrap();
-                assert_eq!(left.count(), 9, "nothing of it is left");
-            }
-        }
-    }
-
-    #[test]
-    fn what_is_of_another_definition_goes_and_what_is_not_ours_stays() {
-        let data = tempfile::tempdir().unwrap();
-        fill(&open(data.path(), "d"));
-        let own = data.path().join("jobs/roof/notes.txt");
-        std::fs::write(&own, b"kept").unwrap();
-        let folder = open(data.path(), "other");
-        assert_eq!(folder.total(), (0, 0));
-        assert_eq!(std::fs::read_dir(data.path().join("jobs/roof")).unwrap().count(), 1);
-        assert!(own.is_file());
-    }
-
-    #[test]
-    fn documents_follow_the_clock_and_old_frames_go() {
-        let data = tempfile::tempdir().unwrap();
-        let folder = open(data.path(), "d");
-        fill(&folder);
-        let read = |name: &str| std::fs::read_to_string(data.path().join("jobs/roof").join(name)).ok();
-        folder.publish(AT - 1).unwrap();
-        assert_eq!(read("latest.json"), None, "nothing is due");
-        folder.trim(1, AT + 1500).unwrap();
-        folder.publish(AT + 1500).unwrap();
-        let latest: Value = serde_json::from_str(&read("latest.json").unwrap()).unwrap();
-        assert_eq!((&latest["at"], &latest["time"]), (&json!("2026-01-01T00:00:01Z"), &json!(1.0)));
-        let manifest: Value = serde_json::from_str(&read("manifest.json").unwrap()).unwrap();
-        let times: Vec<_> = manifest["frames"].as_array().unwrap().iter().map(|frame| frame["time"].clone()).collect();
-        assert_eq!(times, [1.0, 2.0, 3.0], "one that was due, and those to come");
-        assert!(folder.total() == (3, 54) && folder.read(AT, "sky.png", &mut io::sink()).unwrap() == Found::Unknown);
-    }
 }
