@@ -7,24 +7,22 @@
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test stops where it fails")]
 
 mod mutator;
+mod renders;
 #[path = "../common/schema.rs"]
 mod schema_tools;
 
 use std::cell::Cell;
-use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
+use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
 use std::sync::{Arc, Mutex, Once};
 use std::time::{Duration, Instant};
 
 use schema_tools::{Random, fault};
-use serde_json::{Value, json};
-use skyloom::image::{ImageLimits, decode};
-use skyloom::memory::Memory;
+use serde_json::Value;
+use skyloom::image::{ImageLimits, decode, sha256_hex};
 use skyloom::plan::Plan;
-use skyloom::render::{Fault, Images, Job, Renderer, RendererOptions, Watch};
 use skyloom::request::{Format, QUERY_PARAMETERS, Request, RequestError, TextureKind};
 use skyloom::scene::{FieldError, Scene, SceneError};
-use skyloom::tables::TableLibrary;
 use skyloom_server::config::{Config, Jobs, Limits};
 use skyloom_server::jobs::Spec;
 
@@ -98,7 +96,7 @@ fn hunt(what: &str, count: usize, mut make: impl FnMut(&mut Random) -> Vec<u8>, 
 
 /// Writes an input that fails and gives its place.
 fn kept(what: &str, input: &[u8]) -> String {
-    let path = std::env::temp_dir().join(format!("skyloom-fuzz-{what}-{}", skyloom::image::sha256_hex(input)));
+    let path = std::env::temp_dir().join(format!("skyloom-fuzz-{what}-{}", sha256_hex(input)));
     std::fs::write(&path, input).unwrap();
     path.display().to_string()
 }
@@ -166,117 +164,6 @@ fn scenes() {
             false
         }
     });
-}
-
-/// For so long scenes are rendered: a third of a minute, or five where a million are hunted.
-fn render_time() -> Duration {
-    Duration::from_millis((cases() as u64 * 3 / 10).max(20_000))
-}
-
-/// What of the scenes that are taken is rendered: those that take little, of fields as coarse as can be.
-const RENDER_BYTES: u64 = 512 << 20;
-const RENDER_TEXELS: u64 = 16;
-/// Tables that take longer, and renders, are given up.
-const RENDER_PATIENCE: Duration = Duration::from_secs(3);
-
-/// A scene that is quickly drawn: most are of droplets and air without tables, which take seconds.
-fn made_light(mut scene: Value, random: &mut Random) -> Value {
-    let texels = scene["domain"]["resolution"].as_u64().unwrap();
-    scene["domain"]["resolution"] = texels.min(RENDER_TEXELS).into();
-    for layer in scene["layers"].as_array_mut().unwrap() {
-        if layer["droplets"].get("effective_radius_um").is_some() && !random.once_in(16) {
-            layer["droplets"] = json!({ "henyey_greenstein": 0.85, "albedo": 1, "extinction_per_m": 0.05 });
-        }
-    }
-    if scene["atmosphere"].get("sky").is_none() && !random.once_in(4) {
-        scene["atmosphere"] = json!({ "sun": [98, 94, 87], "sky": [2.6, 3.8, 6.2] });
-    }
-    scene
-}
-
-/// The end of tables in the making, from within.
-struct GivenUp;
-
-/// Why a texture of a scene is wrong; `Ok(false)` where it was refused, or given up.
-fn rendered(renderer: &mut Renderer, library: &TableLibrary, job: (&Arc<Scene>, Request)) -> Result<bool, String> {
-    let (scene, request) = job;
-    let start = Instant::now();
-    let goes_on = |_: f64| {
-        if start.elapsed() > RENDER_PATIENCE {
-            resume_unwind(Box::new(GivenUp));
-        }
-    };
-    let watch = Watch { deadline: Some(start + 2 * RENDER_PATIENCE), ..Watch::default() };
-    let work = || {
-        let job = Job::prepare(Arc::clone(scene), request, &Images::new(), library, &goes_on)?;
-        renderer.render(&job, &watch)
-    };
-    match catch_unwind(AssertUnwindSafe(work)) {
-        Err(payload) if payload.is::<GivenUp>() => Ok(false),
-        Err(_) => Err("a panic".to_owned()),
-        Ok(Err(error)) => match error.fault() {
-            Fault::Nobody | Fault::Caller => Ok(false),
-            _ => Err(error.to_string()),
-        },
-        Ok(Ok(texture)) => {
-            let bad = |value: &&f32| !value.is_finite() || **value < 0.0;
-            match texture.data.iter().find(bad) {
-                Some(value) => Err(format!("a texel has {value}")),
-                None if texture.data.len() % (texture.width * texture.height) as usize == 0 => Ok(true),
-                None => Err("texels are missing".to_owned()),
-            }
-        }
-    }
-}
-
-/// Scenes that are taken can be drawn: every texture of them is of finite numbers, none of them below 0.
-#[test]
-fn renders() {
-    let schema = skyloom::scene::schema();
-    let (made, mut random) = (scene_maker(&schema), Random(seed()));
-    let (mut renderer, library) = (Renderer::new(&RendererOptions::default()).unwrap(), TableLibrary::new(None));
-    let (start, mut counts, mut wrong) = (Instant::now(), [0; 3], Vec::new());
-    while start.elapsed() < render_time() && wrong.len() < 10 {
-        let Ok(scene) = Scene::from_json(&made(&mut random)) else { continue };
-        // Most have clouds.
-        if scene.layer_count() == 0 && !random.once_in(8) {
-            continue;
-        }
-        let normal = made_light(scene.to_json(), &mut random);
-        let Ok(scene) = Scene::from_json(normal.to_string().as_bytes()) else { continue };
-        let scene = Arc::new(scene);
-        if !scene.image_references().is_empty() {
-            continue;
-        }
-        counts[0] += 1;
-        // Two of the textures, so that there are more scenes.
-        for kind in [*random.pick(&TextureKind::ALL), *random.pick(&TextureKind::ALL)] {
-            let mut query = vec![("size".to_owned(), (4 + random.below(5)).to_string())];
-            if [TextureKind::Cloud, TextureKind::Sky].contains(&kind) {
-                query.push(("tolerance".to_owned(), random.pick(&["0.3", "1"]).to_string()));
-            }
-            if random.once_in(3) {
-                query.push(("time".to_owned(), random.pick(&["1", "1000", "80000"]).to_string()));
-            }
-            let Ok(request) = Request::parse(kind.name(), "f32", &query).unwrap().of(&scene) else { continue };
-            if Memory::new(&request, &scene, &Images::new()).bytes > RENDER_BYTES {
-                continue;
-            }
-            match rendered(&mut renderer, &library, (&scene, request)) {
-                Ok(is_drawn) => counts[if is_drawn { 1 } else { 2 }] += 1,
-                Err(why) => {
-                    let place = kept("renders", normal.to_string().as_bytes());
-                    wrong.push(format!("{}?{query:?}: {why}: {place}", kind.name()));
-                    // It may be of no more use.
-                    renderer = Renderer::new(&RendererOptions::default()).unwrap();
-                }
-            }
-        }
-    }
-    let [scenes, drawn, given_up] = counts;
-    eprintln!("renders: {scenes} scenes, {drawn} textures, {given_up} refused or given up");
-    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
-    assert!(drawn > given_up, "{drawn} drawn, {given_up} not");
 }
 
 fn told_notes(scene: &Scene) {
