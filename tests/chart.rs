@@ -375,3 +375,57 @@ fn the_texts_quote_the_chart_of_cumulus() {
     }
     assert_eq!(whole.len(), 10);
 }
+
+/// Where texts end is reckoned from how many letters they have.
+#[test]
+fn no_text_of_a_chart_runs_out_of_it() {
+    // A letter is about half as wide as its font's size is high; the legends reckon with 0.44.
+    const WIDTH: f64 = 0.44;
+    let folder: PathBuf = [env!("CARGO_MANIFEST_DIR"), "docs", "charts"].iter().collect();
+    let attribute = |tag: &str, name: &str| {
+        let (_, rest) = tag.split_once(&format!(" {name}=\"")).unwrap();
+        rest.split_once('"').unwrap().0.to_owned()
+    };
+    let mut pictures = 0;
+    for entry in std::fs::read_dir(folder).unwrap() {
+        let path = entry.unwrap().path();
+        if path.extension().is_none_or(|extension| extension != "svg") {
+            continue;
+        }
+        pictures += 1;
+        let picture = std::fs::read_to_string(&path).unwrap();
+        let view_box = attribute(picture.split_once('>').unwrap().0, "viewBox");
+        let [left, top, width, height] = <[f64; 4]>::try_from(
+            view_box.split_whitespace().map(|number| number.parse().unwrap()).collect::<Vec<f64>>(),
+        )
+        .unwrap();
+        let mut texts = 0;
+        for piece in picture.split("<text").skip(1) {
+            let (tag, rest) = piece.split_once('>').unwrap();
+            let words = rest.split_once("</text>").unwrap().0.trim().replace("&apos;", "'").replace("&amp;", "&");
+            let number = |name: &str| attribute(tag, name).parse::<f64>().unwrap();
+            let (x, y, size) = (number("x"), number("y"), number("font-size"));
+            let long = words.chars().count() as f64 * WIDTH * size;
+            let [before, after] = match &*attribute(tag, "text-anchor") {
+                "start" => [0.0, long],
+                "middle" => [0.5 * long; 2],
+                _ => [long, 0.0],
+            };
+            // What is turned stands along y, and reads upwards.
+            let [from, to, along, across] = if tag.contains("rotate(270") {
+                [top, top + height, y, x - left]
+            } else {
+                [left, left + width, x, y - top]
+            };
+            let most = if tag.contains("rotate(270") { width } else { height };
+            assert!(
+                along - before >= from && along + after <= to && (0.0..=most).contains(&across),
+                "{}: '{words}' at {x}, {y}, {long} long, in {view_box}",
+                path.display()
+            );
+            texts += 1;
+        }
+        assert!(texts > 10, "{}", path.display());
+    }
+    assert_eq!(pictures, 18);
+}

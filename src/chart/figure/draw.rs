@@ -29,6 +29,12 @@ const LEGEND_ROW: u32 = 24;
 const SCALE_BAR: u32 = 62;
 const LETTER: f64 = 13.0;
 
+/// Of a legend: where its rows begin, from an entry to its words, and from these to the next entry; a letter's width in its heights.
+const LEGEND_LEFT: f64 = 66.0;
+const LEGEND_KEY: f64 = 37.0;
+const LEGEND_GAP: f64 = 22.0;
+const LETTER_WIDTH: f64 = 0.54;
+
 type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
 type Context<'a, 'b> = ChartContext<'a, SVGBackend<'b>, Cartesian2d<Places, Places>>;
 
@@ -68,7 +74,9 @@ impl Figure {
         write(root, [16.0, 12.0], &self.title, &title)?;
         write(root, [16.0, f64::from(TITLE) + 4.0], &self.subtitle, &font(12.5, GREY))?;
         let bar = if self.scale.is_some() { SCALE_BAR } else { 0 };
-        let below = self.legend.len() as u32 * LEGEND_ROW + bar + 10;
+        let rows_of_legend = self.legend_rows();
+        let legend_height = rows_of_legend.len() as u32 * LEGEND_ROW;
+        let below = legend_height + bar + 10;
         let top = (TITLE + SUBTITLE + 6) * SCALE;
         let (_, rest) = root.split_vertically(top as i32);
         let (panels, legend) = rest.split_vertically((self.size[1] * SCALE - top - below * SCALE) as i32);
@@ -76,33 +84,53 @@ impl Figure {
         for (panel, area) in self.panels.iter().zip(panels.split_evenly((rows, self.columns))) {
             panel.draw(&area)?;
         }
-        self.draw_legend(&legend)?;
+        draw_legend(&legend, &rows_of_legend)?;
         if let Some(scale) = &self.scale {
-            let y = f64::from(self.legend.len() as u32 * LEGEND_ROW) + 8.0;
-            scale.draw(&legend, f64::from(self.size[0]), y)?;
+            scale.draw(&legend, f64::from(self.size[0]), f64::from(legend_height) + 8.0)?;
         }
         Ok(())
     }
 
-    fn draw_legend(&self, area: &Area<'_>) -> Result<(), ChartError> {
-        for (row, entries) in self.legend.iter().enumerate() {
-            let y = (row as f64 + 0.5) * f64::from(LEGEND_ROW);
-            let mut x = 66.0;
-            for (key, words) in entries {
-                match key {
-                    Key::Line(stroke) => {
-                        path(area, vec![(pixels(x), pixels(y)), (pixels(x + 30.0), pixels(y))], stroke)?
-                    }
-                    Key::Dot { colour, ring } => dot(area, (pixels(x + 22.0), pixels(y)), *colour, *ring)?,
+    /// The legend's rows; one that is wider than the picture goes on in further ones.
+    fn legend_rows(&self) -> Vec<Vec<&(Key, String)>> {
+        let mut rows = Vec::new();
+        for entries in &self.legend {
+            let (mut row, mut x) = (Vec::new(), LEGEND_LEFT);
+            for entry in entries {
+                let end = x + entry_width(&entry.1);
+                if end - LEGEND_GAP > f64::from(self.size[0]) && !row.is_empty() {
+                    rows.push(std::mem::take(&mut row));
+                    x = LEGEND_LEFT;
                 }
-                let gap = 37.0;
-                let style = font(LETTER, BLACK).pos(Pos::new(HPos::Left, VPos::Center));
-                write(area, [x + gap, y], words, &style)?;
-                x += gap + 22.0 + words.chars().count() as f64 * LETTER * 0.54;
+                x += entry_width(&entry.1);
+                row.push(entry);
             }
+            rows.push(row);
         }
-        Ok(())
+        rows
     }
+}
+
+/// What an entry of a legend takes of its row.
+fn entry_width(words: &str) -> f64 {
+    LEGEND_KEY + words.chars().count() as f64 * LETTER * LETTER_WIDTH + LEGEND_GAP
+}
+
+fn draw_legend(area: &Area<'_>, rows: &[Vec<&(Key, String)>]) -> Result<(), ChartError> {
+    for (row, entries) in rows.iter().enumerate() {
+        let y = (row as f64 + 0.5) * f64::from(LEGEND_ROW);
+        let mut x = LEGEND_LEFT;
+        for (key, words) in entries {
+            match key {
+                Key::Line(stroke) => path(area, vec![(pixels(x), pixels(y)), (pixels(x + 30.0), pixels(y))], stroke)?,
+                Key::Dot { colour, ring } => dot(area, (pixels(x + 22.0), pixels(y)), *colour, *ring)?,
+            }
+            let style = font(LETTER, BLACK).pos(Pos::new(HPos::Left, VPos::Center));
+            write(area, [x + LEGEND_KEY, y], words, &style)?;
+            x += entry_width(words);
+        }
+    }
+    Ok(())
 }
 
 impl ColourScale {
