@@ -239,7 +239,7 @@ impl Transport {
             Self::Tilted => 0.43,
             Self::Entry => 0.60,
             Self::Blended => 0.34,
-            Self::Lattice => 0.14,
+            Self::Lattice => 0.13,
         }
     }
 
@@ -263,7 +263,7 @@ impl Transport {
             (Self::Blended, Side::Below, false) => 0.15,
             (Self::Blended, Side::Below, true) => 0.49,
             (Self::Lattice, Side::Below, false) => 0.04,
-            (Self::Lattice, Side::Above, false) => 0.07,
+            (Self::Lattice, Side::Above, false) => 0.08,
             (Self::Lattice, Side::Below, true) => 0.16,
             (Self::Lattice, Side::Above, true) => 0.13,
         }

@@ -24,9 +24,8 @@ fn mean(map: &HostMap, channel: usize) -> f64 {
 }
 
 /// Light through the cloud base against an independent program, and below three quarters of the errors of the blended
-/// transport. Found are 0.029, 0.047 and 0.105 under the overcast, 0.095, 0.141 and 0.288 through broken cloud. The aim for broken
-/// cloud at 80 degrees was 0.28, and is missed: that limit, and a tenth for the mean, which is 9 and 10 % too high at 80 degrees, were
-/// set after these figures.
+/// transport. Found are 0.029, 0.046 and 0.075 under the overcast, 0.095, 0.139 and 0.257 through broken cloud, and means that are 3 and 4 %
+/// too high at 80 degrees.
 #[test]
 fn light_at_the_base_holds_its_pattern() {
     let mut sky = Sky::open();
@@ -36,7 +35,7 @@ fn light_at_the_base_holds_its_pattern() {
         ("overcast_sza80", 0.13),
         ("broken_sza00", 0.11),
         ("broken_sza60", 0.16),
-        ("broken_sza80", 0.30),
+        ("broken_sza80", 0.28),
     ] {
         let run = run(name);
         let scene = scene(&mut sky, &run, 0.0);
@@ -48,15 +47,15 @@ fn light_at_the_base_holds_its_pattern() {
         let ((found, mean), (blended, _)) = (error("lattice"), error("blended"));
         eprintln!("{name}: {found:.3} of the mean, blended {blended:.3}; mean {mean:.3}");
         assert!(found < limit && found < 0.75 * blended, "{name}: {found}, blended {blended}");
-        assert!((mean - 1.0).abs() < 0.1, "{name}: mean {mean}");
+        assert!((mean - 1.0).abs() < 0.05, "{name}: mean {mean}");
     }
 }
 
-/// On the ground a kilometre below it is no worse than the blended transport, but for broken cloud under a sun near the horizon.
+/// On the ground a kilometre below it is no worse than the blended transport.
 #[test]
 fn light_on_the_ground_is_no_worse_than_blended() {
     let mut sky = Sky::open();
-    for name in ["overcast_sza00", "overcast_sza60", "overcast_sza80", "broken_sza00", "broken_sza60"] {
+    for name in ["overcast_sza00", "overcast_sza60", "overcast_sza80", "broken_sza00", "broken_sza60", "broken_sza80"] {
         let run = run(name);
         let scene = scene(&mut sky, &run, 1000.0);
         let (truth, noise) = sum(&run, [G_DIRECT, G_DIFFUSE]);
@@ -143,5 +142,83 @@ fn light_rides_with_the_wind() {
     for (i, light) in later.chunks(3).enumerate() {
         let from = i / SIDE * SIDE + (i % SIDE + SIDE - SIDE / 4) % SIDE;
         assert!((light[1] - first[3 * from + 1]).abs() < 2e-3 * greatest, "texel {i}: {light:?}");
+    }
+}
+
+/// Cubes are those of the highest top that a field may have at any time: by that of the moment a closed cover of 60 m, whose tops rise from 102 to
+/// 109 m in these frames, had from 152 to 144 of them across, and the light of all of it jumped.
+#[test]
+fn the_cubes_of_a_moving_field_stay() {
+    let mut sky = Sky::open();
+    let droplets = json!({ "henyey_greenstein": 0.85, "extinction_per_m": 0.06 });
+    let (stands, hangs) = (json!({ "base_m": 700 }), json!({ "flat": "top", "top_m": 1000 }));
+    for (place, law, mean_m) in [
+        (&stands, "lognormal", 60.0),
+        (&stands, "lognormal", 90.0),
+        (&stands, "gamma", 90.0),
+        (&hangs, "lognormal", 90.0),
+    ] {
+        let mut layer = place.clone();
+        layer["thickness"] = json!({ "kind": "stratocumulus", "pattern": "closed", "mean_m": mean_m, "coverage": 1,
+            "cell_m": 900, "seed": 3, "law": law });
+        layer["wind"] = json!({ "speed_m_s": 0, "from_deg": 250, "turbulence_m_s": 1.5 });
+        let mut scene = even(55.0, &layer, &droplets);
+        scene["domain"]["resolution"] = json!(64);
+        let mut first = None;
+        for frame in 0..12 {
+            let job = sky.job(&scene, "irradiance", &[LATTICE, ("time", &(100 * frame).to_string())]);
+            let stages = sky.renderer.inspect(&job, &Watch::default()).unwrap();
+            let size = stages.lattice.as_ref().unwrap().size;
+            let top_m = stages.frame.place.depth_m;
+            assert_eq!(*first.get_or_insert(size), size, "{place} {law} {mean_m}, frame {frame}, top at {top_m} m");
+        }
+    }
+}
+
+/// Nodes and weights of Gauss and Legendre on 0 to 1: six heights of views.
+const HEIGHTS: [[f64; 2]; 6] = [
+    [0.033765, 0.085662],
+    [0.169395, 0.180381],
+    [0.380690, 0.233957],
+    [0.619310, 0.233957],
+    [0.830605, 0.180381],
+    [0.966235, 0.085662],
+];
+
+/// What all views from above show and what arrives on the ground are all the light, as droplets and ground take none: within 1 % under the
+/// overcast up to 70 degrees by the lattice. Broken cloud seen at a slant is more than its area, 3 % too bright at 30 degrees, and the lattice
+/// misses part of what a rough top sends back under a sun at 80 degrees. Slabs lit by the blend keep no such sum. Limits of these were set after what
+/// was found.
+#[test]
+fn light_in_all_views_and_on_the_ground_is_all_of_it() {
+    let mut sky = Sky::open();
+    for (name, transport, limits) in [
+        ("overcast_sza60", "lattice", [0.01, 0.01, 0.01, 0.06]),
+        ("broken_sza60", "lattice", [0.035, 0.02, 0.01, 0.055]),
+        ("overcast_sza60", "blended", [0.01, 0.02, 0.03, 0.05]),
+        ("broken_sza60", "blended", [0.07, 0.08, 0.1, 0.24]),
+    ] {
+        let mut scene = scene(&mut sky, &run(name), 0.0);
+        for (sun_deg, limit) in [30.0_f64, 60.0, 70.0, 80.0].into_iter().zip(limits) {
+            scene["sun"]["zenith_deg"] = json!(sun_deg);
+            let falls = sun_deg.to_radians().cos();
+            let green = |data: &[f32], channels: usize| {
+                data.chunks(channels).map(|texel| f64::from(texel[1])).sum::<f64>() / (data.len() / channels) as f64
+            };
+            let through = green(&sky.render(&scene, "irradiance", &[("transport", transport)]).data, 3) / falls;
+            let mut back = 0.0;
+            for [cosine, weight] in HEIGHTS {
+                for azimuth in (0..8).map(|number| 45 * number) {
+                    let direction = format!("{},{azimuth}", cosine.acos().to_degrees());
+                    let query =
+                        [("transport", transport), ("view", "above"), ("direction", &direction), ("size", "32")];
+                    let seen = green(&sky.render(&scene, "cloud", &query).data, 4);
+                    back += seen * cosine * weight * std::f64::consts::TAU / 8.0 / falls;
+                }
+            }
+            let all = through + back;
+            eprintln!("{name} {sun_deg} {transport}: {through:.4} + {back:.4} = {all:.4}");
+            assert!((all - 1.0).abs() < limit, "{name} {sun_deg} {transport}: {through} + {back} = {all}");
+        }
     }
 }

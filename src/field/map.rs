@@ -28,6 +28,8 @@ pub(crate) struct Field {
     pub(crate) depth_m: f32,
     /// The same at any time, metres: the height of the plane that views from above refer to.
     pub(crate) top_m: f32,
+    /// From the lowest base to the highest top at any time, metres, at most.
+    pub(crate) room_m: f32,
 }
 
 /// How columns stand between their edges.
@@ -55,7 +57,18 @@ impl Field {
     pub(super) fn sheet(thickness: Target, bounds: Target, depth_m: f32, top_m: f32) -> Self {
         let (base_m, mean_base_m) = (0.0, 0.0);
         let profile = ExtinctionProfile::Uniform;
-        Self { thickness, bounds, ragged: false, profile, base_m, mean_base_m, density: 1.0, depth_m, top_m }
+        Self {
+            thickness,
+            bounds,
+            ragged: false,
+            profile,
+            base_m,
+            mean_base_m,
+            density: 1.0,
+            depth_m,
+            top_m,
+            room_m: top_m,
+        }
     }
 
     /// The same over a base at some height.
@@ -86,6 +99,7 @@ impl Field {
             density,
             depth_m,
             top_m,
+            room_m: depth_m,
         })
     }
 
@@ -152,6 +166,7 @@ impl Field {
             density,
             depth_m,
             top_m: depth_m,
+            room_m: depth_m,
         })
     }
 

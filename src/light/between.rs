@@ -9,6 +9,9 @@ use crate::method::Transport;
 use crate::periodic;
 use std::f64::consts::PI;
 
+/// Sine of the zenith angle of the sun from which on the blend is even: of 30 degrees.
+const BLENDED_FROM: f64 = 0.5;
+
 /// Maps of a layer on the exchange grid, relative to the sun's horizontal irradiance above all layers (see the shaders
 /// `base_light` and `base_column`); fourth channels hold what the slanted ray sends up.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -101,7 +104,7 @@ fn wide(columns: &[ColumnMaps], inputs: &LightInputs<'_>) -> Vec<[f64; 3]> {
         return sum;
     }
     // By ray and by entry, as all diffuse light; by entry half as much: what hardly turned stays near its ray.
-    let weight = 0.5 * f64::from(entry_weight(inputs.transport));
+    let weight = 0.5 * f64::from(entry_weight(inputs));
     let goes_on = |map: &[[f32; 4]], i: usize| colours(|c| map[i][c].into());
     let above = |number: usize, map: fn(&ColumnMaps) -> &[[f32; 4]]| match columns.get(number + 1) {
         Some(above) => shifted(side, inputs.layers[number].above_uv, |i| goes_on(map(above), i)),
@@ -138,24 +141,25 @@ fn wide(columns: &[ColumnMaps], inputs: &LightInputs<'_>) -> Vec<[f64; 3]> {
     sum
 }
 
-/// Part of diffuse light that is taken by entry; the rest is by slanted rays.
-fn entry_weight(transport: Transport) -> f32 {
-    match transport {
+/// Part of diffuse light that is taken by entry; the rest is by slanted rays. Under an upright sun no side of a cloud is lit more than another, and
+/// entry alone blurs.
+fn entry_weight(inputs: &LightInputs<'_>) -> f32 {
+    match inputs.transport {
         Transport::Columns | Transport::Tilted | Transport::Lattice => 0.0,
-        Transport::Blended => 0.5,
+        Transport::Blended => (0.5 * (inputs.sun_sine / BLENDED_FROM).min(1.0)) as f32,
         Transport::Entry => 1.0,
     }
 }
 
 /// How light by entry, which goes where the sun really falls but is not conserved, is brought to the mean of light along
 /// slanted rays, which is.
-fn share(maps: &ColumnMaps, transport: Transport, in_air: [f64; 3]) -> Share {
+fn share(maps: &ColumnMaps, entry_weight: f32, in_air: [f64; 3]) -> Share {
     let sent_up = [&maps.beam, &maps.tilted, &maps.entered];
     let scale = |values: [f64; 3]| values.map(|value| value as f32);
     Share {
         entry_scale: scale(colours(|c| ratio(mean(&maps.tilted, c), mean(&maps.entered, c)))),
         reflect_scale: scale(colours(|c| ratio(mean(sent_up[c], 3), mean(&maps.reflected, c)))),
-        entry_weight: entry_weight(transport),
+        entry_weight,
         in_air: scale(in_air),
         ..Share::default()
     }
@@ -180,8 +184,9 @@ pub(super) fn solve(columns: &[ColumnMaps], inputs: &LightInputs<'_>) -> Between
     let side = inputs.grids.exchange_texels as usize;
     let sun = inputs.sun;
     let sky = inputs.sky.map(|radiance| PI * radiance);
+    let weight = entry_weight(inputs);
     let shares: Vec<Share> =
-        columns.iter().zip(inputs.air.within).map(|(maps, air)| share(maps, inputs.transport, air)).collect();
+        columns.iter().zip(inputs.air.within).map(|(maps, air)| share(maps, weight, air)).collect();
     let rgb = |map: &[[f32; 4]], value: &dyn Fn(usize, &[f32; 4]) -> f64| -> Vec<[f32; 3]> {
         map.iter().map(|texel| [0, 1, 2].map(|c| value(c, texel) as f32)).collect()
     };

@@ -43,6 +43,8 @@ pub(crate) struct LightInputs<'a> {
     pub(crate) shift_uv: [f64; 2],
     pub(crate) grids: &'a Grids,
     pub(crate) transport: Transport,
+    /// Sine of the sun's zenith angle.
+    pub(crate) sun_sine: f64,
     /// Of the ground, on the exchange grid.
     pub(crate) albedo: &'a HostMap,
     /// Relative change at which the exchange is taken as settled.

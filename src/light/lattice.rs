@@ -11,6 +11,10 @@ use rayon::prelude::*;
 
 /// Optical depths at which the lattice is compared with a slab, by their root.
 const NODES: usize = 32;
+/// How far the sun of the factors is from that which falls on the faces of the cloud back to its own, in the logarithm of its cosine. A third, by fields
+/// of which none is in the chart: with none of it the means are 9 % too high under a sun at 80 degrees, with half of it right, but what all
+/// views from above and the ground have then misses 1.2 % of the light at 70 degrees.
+const SHADED: f64 = 1.0 / 3.0;
 /// What a factor may be: a slab that lets next to nothing by tells nothing.
 const FACTORS: [f32; 2] = [0.1, 10.0];
 
@@ -21,6 +25,8 @@ pub(crate) struct LatticeInputs<'a> {
     pub(crate) extent_m: f64,
     /// Mean extinction of its columns, relative to the droplets'.
     pub(crate) density: f64,
+    /// From the base plane to the highest top at any time, metres, at most.
+    pub(crate) room_m: f64,
     pub(crate) extinction_per_m: [f64; 3],
     pub(crate) scattering: [Scattering; 3],
     /// Towards the sun, a unit vector above the horizon: east, north, up.
@@ -92,6 +98,9 @@ impl LatticeMaps {
         look()?;
         // A slab under a sun that is as steep to its face as this one is to those of the cloud.
         let cosine = columns.faced_cosine(lighting.towards_sun, fluxes.cell_m);
+        // Part of what is bright towards a low sun lies in the shadow of what is before it.
+        let own = lighting.towards_sun.z;
+        let cosine = cosine * (own / cosine).powf(SHADED);
         let faced = Lighting { towards_sun: DVec3::new((1.0 - cosine * cosine).sqrt(), 0.0, cosine), ..lighting };
         let deepest_m = columns.texels.iter().map(|texel| texel[0]).fold(0.0, f32::max);
         let path_m = |node: usize| {
@@ -176,7 +185,7 @@ fn columns(inputs: &LatticeInputs<'_>) -> Option<Columns> {
         size: [*width as usize, *height as usize],
         texels,
         extent_m: inputs.extent_m,
-        depth_m: top_m.into(),
+        room_m: inputs.room_m.max(top_m.into()),
         grows: *channels == 4 && data.get(3).is_some_and(|grows| *grows > 0.0),
         density: inputs.density.max(1e-6),
     })

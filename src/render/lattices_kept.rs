@@ -56,6 +56,7 @@ impl LatticesKept {
                             map: &gpu.read_map(&field.thickness, 0, watch.deadline)?,
                             extent_m: moment.extent_m,
                             density: field.density,
+                            room_m: field.room_m.into(),
                             extinction_per_m,
                             scattering: tables.channels.each_ref().map(Scattering::new),
                             towards_sun: moment.illumination.towards_sun,

@@ -389,6 +389,7 @@ fn lit(
         shift_uv: moment.layers[0].shift_uv,
         grids: &moment.grids,
         transport: moment.plan.transport,
+        sun_sine: (1.0 - moment.slant_cosine().powi(2)).max(0.0).sqrt(),
         albedo: &ground.means(moment.grids.exchange_texels),
         settled: moment.plan.exchange_change,
     };

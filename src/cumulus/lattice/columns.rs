@@ -9,25 +9,33 @@ use crate::adiabatic::GROWTH;
 use glam::{DVec3, Vec4};
 use std::f64::consts::PI;
 
-/// Side of the cubes at most, metres, and in mean free paths.
+/// Side of the cubes at most, metres, and in mean free paths; and at most where they are few.
 const CELL_M: f64 = 80.0;
 const CELL_DEPTH: f64 = 5.0;
+const FINE_M: f64 = 40.0;
 /// Cubes on top of each other in the deepest column, and across the domain, at least.
 const UP: f64 = 4.0;
 const ACROSS: f64 = 8.0;
-/// Cubes of the whole domain, about at most: what two cores solve in a second.
+/// Cubes of the whole domain, about at most: what two cores solve in a second; and so many as cost nothing.
 const MAX_CELLS: f64 = 2.5e5;
+const FEW_CELLS: f64 = 1.6e4;
 /// And with those that are added at the sides.
 const ROUNDED: f64 = 1.25;
 
+/// Side of so many cubes, metres.
+fn side_m(extent_m: f64, depth_m: f64, cubes: f64) -> f64 {
+    (extent_m * extent_m * depth_m / cubes).cbrt()
+}
+
 /// Side of the cubes at most, metres, of cloud up to a depth and of an extinction.
-fn fine_m(depth_m: f64, extinction_per_m: f64) -> f64 {
-    CELL_M.min(CELL_DEPTH / extinction_per_m).min(depth_m / UP)
+fn fine_m(extent_m: f64, depth_m: f64, extinction_per_m: f64) -> f64 {
+    let few = side_m(extent_m, depth_m, FEW_CELLS).clamp(FINE_M, CELL_M);
+    few.min(CELL_DEPTH / extinction_per_m).min(depth_m / UP).min(extent_m / ACROSS)
 }
 
 /// Cubes of a layer of so much cloud at its deepest, about at most; that is as deep as the second number of metres at least.
 pub(crate) fn cubes(extent_m: f64, [deepest_m, least_m]: [f64; 2], extinction_per_m: f64) -> f64 {
-    let cell_m = fine_m(least_m, extinction_per_m).min(extent_m / ACROSS);
+    let cell_m = fine_m(extent_m, least_m, extinction_per_m);
     let fine = (extent_m / cell_m + 8.0).powi(2) * (deepest_m / cell_m).ceil();
     // Rounded to whole ones, by eights across.
     fine.min(ROUNDED * MAX_CELLS)
@@ -45,8 +53,9 @@ pub struct Columns {
     pub extent_m: f64,
     /// Whether extinction grows with height, as in adiabatic cloud.
     pub grows: bool,
-    /// Highest top above the base plane, metres; above 0.
-    pub depth_m: f64,
+    /// What the cubes fill above the base plane, metres; above 0. No top is higher, nor of the same field at another time: its cubes would
+    /// jump.
+    pub room_m: f64,
     /// Mean extinction, relative.
     pub density: f64,
 }
@@ -56,7 +65,7 @@ impl Columns {
     pub(super) fn even(path_m: f64, density: f64, grows: bool) -> Self {
         let depth_m = path_m / density;
         let texels = vec![[path_m as f32, depth_m as f32, 0.0]];
-        Self { size: [1; 2], texels, extent_m: depth_m, grows, depth_m, density }
+        Self { size: [1; 2], texels, extent_m: depth_m, grows, room_m: depth_m, density }
     }
 
     /// Mean of [`Self::texels`]' thickness by optical depth, metres.
@@ -100,9 +109,8 @@ impl Columns {
 
     /// The cubes that fill the domain.
     pub(super) fn grid(&self, extinction_per_m: f64) -> Grid {
-        let fine = fine_m(self.depth_m, extinction_per_m * self.density);
-        let coarse = (self.extent_m * self.extent_m * self.depth_m / MAX_CELLS).cbrt();
-        let cell_m = fine.max(coarse).min(self.extent_m / ACROSS);
+        let fine = fine_m(self.extent_m, self.room_m, extinction_per_m * self.density);
+        let cell_m = fine.max(side_m(self.extent_m, self.room_m, MAX_CELLS)).min(self.extent_m / ACROSS);
         // As many as can be joined by twos, several times.
         let whole = if self.extent_m > 32.0 * cell_m { 8.0 } else { 1.0 };
         let across = whole * (self.extent_m / cell_m / whole).round();
@@ -111,7 +119,7 @@ impl Columns {
 
     /// Cubes of a side, so many across.
     pub(super) fn with(&self, across: usize, cell_m: f64) -> Grid {
-        let up = (self.depth_m / cell_m).ceil().max(1.0) as usize;
+        let up = (self.room_m / cell_m).ceil().max(1.0) as usize;
         Grid { size: [across, across, up], cell_m, floor_m: 0.0, extent_m: across as f64 * cell_m }
     }
 
