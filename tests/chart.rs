@@ -376,6 +376,74 @@ fn the_texts_quote_the_chart_of_cumulus() {
     assert_eq!(whole.len(), 10);
 }
 
+/// The texts quote the chart of light.
+#[test]
+fn the_texts_quote_the_chart_of_light() {
+    let [readme, charts, method] =
+        [include_str!("../README.md"), include_str!("../docs/charts/README.md"), include_str!("../docs/method.md")];
+    let table = committed("light.csv");
+    let rms = |field: &str, light: &str, method: &str, suns: &[&str]| {
+        let of_sun = |sun: &&str| {
+            let row = table.iter().find(|row| row[..4] == [field, light, method, sun]).unwrap();
+            let [error, mean] = [4, 7].map(|column: usize| row[column].parse::<f64>().unwrap());
+            let percent = 100.0 * error / mean;
+            if percent < 9.95 { format!("{percent:.1}") } else { format!("{percent:.0}") }
+        };
+        suns.iter().map(of_sun).collect::<Vec<_>>()
+    };
+    let both = |light: &str, method: &str, suns: &[&str]| {
+        ["overcast", "broken"].map(|field| rms(field, light, method, suns).join(", ")).join(" | ")
+    };
+    let has = |text: &str, line: &str| assert!(text.contains(line), "a text lacks: {line}");
+    const SUNS: [&str; 5] = ["0", "30", "60", "70", "80"];
+    for (number, name) in ["mean alone", "columns", "tilted", "entry", "blended", "lattice"].into_iter().enumerate() {
+        let [base, ground] = ["base", "ground"].map(|light| format!("| {} |", both(light, name, &SUNS)));
+        has(charts, &base);
+        has(charts, &ground);
+        if ["columns", "blended", "lattice"].contains(&name) {
+            has(readme, &format!("{} {}", base.trim_end_matches(" |"), ground));
+        }
+        if number > 0 {
+            let seen = |field: &str| {
+                ["radiance from below", "radiance from above"]
+                    .map(|light| rms(field, light, name, &["40", "60"]).join(", "))
+                    .join(" | ")
+            };
+            has(charts, &format!("| {name} | {} | {} |", seen("overcast"), seen("broken")));
+        }
+        if ["tilted", "blended", "lattice"].contains(&name) {
+            let [closed, broken] =
+                ["overcast", "broken"].map(|field| rms(field, "base", name, &["60", "80"]).join(" and "));
+            has(
+                method,
+                &format!("{closed} % under a closed cover at 60 and 80 degrees, {broken} % under a broken one"),
+            );
+        }
+    }
+}
+
+/// The README quotes the chart of a frame.
+#[test]
+fn the_readme_quotes_the_chart_of_a_frame() {
+    let table = committed("frame.csv");
+    let of = |sun: &str, column: &str| {
+        let at = table[0].iter().position(|name| name == column).unwrap();
+        let row = table.iter().find(|row| row[..2] == ["512", sun]).unwrap();
+        format!("{:.0}", row[at].parse::<f64>().unwrap())
+    };
+    let [field, light, irradiance, cloud, shadow, encoded, frame] =
+        ["field_ms", "light_ms", "irradiance_ms", "cloud_ms", "shadow_ms", "encode_ms", "frame_ms"]
+            .map(|column| of("60", column));
+    let high = of("0", "frame_ms");
+    let words = format!(
+        "a frame takes {frame} ms with the sun at 60 degrees and its disc ({high} with the sun overhead): {field} ms for the field, \
+         {light} for the maps of sunlight and the exchange, {irradiance} for irradiance with the direct beam on the ground, {cloud} for \
+         the cloud, {shadow} for reading the shadow and {encoded} to write the cloud as OpenEXR."
+    );
+    let readme = include_str!("../README.md").split_whitespace().collect::<Vec<_>>().join(" ");
+    assert!(readme.contains(&words), "the README lacks: {words}");
+}
+
 /// Where texts end is reckoned from how many letters they have.
 #[test]
 fn no_text_of_a_chart_runs_out_of_it() {
