@@ -11,6 +11,7 @@ use glam::{dvec2, dvec3};
 use serde_json::{Value, json};
 use sky::{Sky, mean};
 use skyloom::gpu::HostMap;
+use skyloom::method::{Told, Transport};
 use skyloom::optics::PhaseFunction;
 use skyloom::reference::monte_carlo::Effort;
 use skyloom::reference::monte_carlo::field::{FieldProblem, FluxMap, Layer, trace};
@@ -281,7 +282,8 @@ fn passes_over_columns_are_their_twins() {
         for (view, direction, method) in
             [("below", "20,35", "tabulated"), ("above", "60,300", "analytic"), ("below", "75,100", "analytic")]
         {
-            let query = [("view", view), ("direction", direction), ("method", method), ("time", "77")];
+            let blended = ("transport", "blended");
+            let query = [("view", view), ("direction", direction), ("method", method), ("time", "77"), blended];
             let stages = stages(&mut sky, &scene, "cloud", &query);
             let (frame, tables) = (&stages.frame, &stages.tables);
             assert_eq!(frame.place.ragged, 1);
@@ -466,11 +468,18 @@ fn traced(zenith_deg: f64, cloud: &Ragged) -> Light {
 fn rendered(sky: &mut Sky, scene: &Value, transport: &str) -> Light {
     let green =
         |data: &[f32], channels: usize| data.chunks(channels).map(|texel| f64::from(texel[1])).collect::<Vec<f64>>();
-    let ground = green(&sky.render(scene, "irradiance", &[("transport", transport)]).data, 3);
+    let (finer, side) = (8, SIDE as usize);
+    let size = (finer * side).to_string();
+    let fine = green(&sky.render(scene, "irradiance", &[("transport", transport), ("size", &size)]).data, 3);
+    // Photons are counted by texels.
+    let mut ground = vec![0.0; side * side];
+    for (i, light) in fine.iter().enumerate() {
+        let (x, y) = (i % (finer * side), i / (finer * side));
+        ground[y / finer * side + x / finer] += light / (finer * finer) as f64;
+    }
     let mut seen = |view: &str| {
         let query = [("view", view), ("direction", "0,0"), ("transport", transport), ("tolerance", "0.01")];
         let all = green(&sky.render(scene, "cloud", &query).data, 4);
-        let side = SIDE as usize;
         (0..side * side / 4).map(|i| all[2 * (i / (side / 2)) * side + 2 * (i % (side / 2))]).collect::<Vec<f64>>()
     };
     let (below, above) = (seen("below"), seen("above"));
@@ -493,40 +502,56 @@ fn formats_against_monte_carlo() {
     let [thickness, scaled] =
         [&thickness_m, &scaled_m].map(|map| json!({"kind": "image", "image": image(&mut sky, map), "scale_m": 1}));
     let formats = [
-        ("flat base, thickness by depth", json!({"base_m": 0, "thickness": scaled})),
-        ("flat base, true thickness, depth", json!({"base_m": 0, "thickness": thickness, "optical_depth": depth})),
-        ("flat top, thickness by depth", json!({"flat": "top", "top_m": deepest_m, "thickness": scaled})),
+        ("flat base, thickness by depth", None, json!({"base_m": 0, "thickness": scaled})),
+        (
+            "flat base, true thickness, depth",
+            Some(Told::Heights),
+            json!({"base_m": 0, "thickness": thickness, "optical_depth": depth}),
+        ),
+        ("flat top, thickness by depth", None, json!({"flat": "top", "top_m": deepest_m, "thickness": scaled})),
         (
             "flat sheet, depth",
+            Some(Told::Depths),
             json!({"base_m": 0, "thickness": {"kind": "uniform", "metres": mean_m}, "optical_depth": depth}),
         ),
-        ("base and top, one extinction", json!({"base": base, "top": top})),
-        ("base and top, depth", json!({"base": base, "top": top, "optical_depth": depth})),
+        ("top, depth", Some(Told::Heights), json!({"base_m": 0, "top": top, "optical_depth": depth})),
+        ("base and top, one extinction", None, json!({"base": base, "top": top})),
+        ("base and top, depth", Some(Told::Shapes), json!({"base": base, "top": top, "optical_depth": depth})),
     ];
+    // Largest errors of each transport by what is told.
+    let mut largest: Vec<(Transport, Told, [f64; 3])> = Vec::new();
     for zenith_deg in [0.0, 60.0] {
-        let mut by_default = Vec::new();
         let truth = traced(zenith_deg, &cloud);
-        for transport in ["columns", "blended"] {
-            for (name, layer) in &formats {
-                let [flux, below, above] = truth.errors(&rendered(&mut sky, &scene(zenith_deg, layer), transport));
-                let words = |[rms, mean]: [f64; 2]| format!("{:.1} ({:+.1})", 100.0 * rms, 100.0 * mean);
-                eprintln!("{zenith_deg}, {transport}, {name}: {} {} {} %", words(flux), words(below), words(above));
-                if transport == "blended" {
-                    by_default.push([flux, below, above]);
+        for (word, transport) in Transport::ALL {
+            for (name, told, layer) in &formats {
+                let errors = truth.errors(&rendered(&mut sky, &scene(zenith_deg, layer), word));
+                let words = errors.map(|[rms, mean]| format!("{:.1} ({:+.1})", 100.0 * rms, 100.0 * mean)).join(", ");
+                eprintln!("{zenith_deg}, {word}, {name}: {words} %");
+                let errors = errors.map(|[rms, _]| rms);
+                if let Some(told) = *told {
+                    match largest.iter_mut().find(|of| (of.0, of.1) == (transport, told)) {
+                        Some((.., most)) => *most = [0, 1, 2].map(|i| most[i].max(errors[i])),
+                        None => largest.push((transport, told, errors)),
+                    }
                 }
             }
         }
-        let (today, full) = (by_default[0], by_default[by_default.len() - 1]);
-        assert!(full[2][0] < 0.22 && full[1][0] < 0.25 && full[0][0] < 0.35, "{zenith_deg}: {full:?}");
-        assert!(full.iter().all(|[_, mean]| mean.abs() < 0.06), "{zenith_deg}: {full:?}");
-        if zenith_deg > 0.0 {
-            // A top that carries the thickness has bright and dark sides that are not there.
+    }
+    assert_eq!(largest.len(), 15);
+    for (transport, told, found) in largest {
+        let promised = transport.format_errors(told);
+        eprintln!("{transport:?} {told:?}: {found:.3?}, promised {promised:?}");
+        for (found, promised) in found.into_iter().zip(promised) {
+            // Rounded up to whole per cents; noise of the truth lets none of them be told much better.
             assert!(
-                full[2][0] < 0.45 * today[2][0] && full[1][0] < 0.8 * today[1][0],
-                "{zenith_deg}: {full:?} {today:?}"
+                found <= promised && promised < found + 0.015,
+                "{transport:?} {told:?}: {promised} is promised, {found} was measured"
             );
         }
     }
+    // The aims: flux 8 %, radiance 10 % where all is told; and by optical depth alone no plan is worse than columns.
+    let whole = Transport::Lattice.format_errors(Told::Shapes);
+    assert!(whole[0] <= 0.08 && whole[1] <= 0.1 && whole[2] <= 0.1, "{whole:?}");
 }
 
 /// Independent columns know nothing of their neighbours: one beside a gap shows from above what cloud as deep shows that has no gaps.

@@ -5,7 +5,7 @@ mod common;
 
 use common::sky::Sky;
 use serde_json::{Value, json};
-use skyloom::method::{Method, SlabMethod, Transport};
+use skyloom::method::{Method, SlabMethod, Told, Transport};
 use skyloom::plan::{Plan, expected_error};
 use skyloom::projection::Side;
 use skyloom::reference::Map;
@@ -32,11 +32,11 @@ fn empty() -> Scene {
     scene(&json!([]))
 }
 
-/// Layers whose tops do not tell how deep they are have no bright and dark sides.
+/// Layers whose tops do not tell how deep they are have no bright and dark sides; what eddies do not change is solved.
 #[test]
 fn flat_tops_are_taken_as_columns() {
     let (hanging, standing) = (
-        json!({"flat": "top", "top_m": 1500, "thickness": {"kind": "stratocumulus"}}),
+        json!({"flat": "top", "top_m": 1500, "thickness": {"kind": "stratocumulus"}, "wind": {"turbulence_m_s": 1}}),
         json!({"thickness": {"kind": "stratocumulus"}}),
     );
     let even = json!({"base_m": 3000, "thickness": {"kind": "uniform", "metres": 100}});
@@ -64,6 +64,89 @@ fn flat_tops_are_taken_as_columns() {
     assert_eq!([eye(&json!([standing])), eye(&json!([hanging]))], [Transport::Lattice; 2]);
     let asked = Plan::new(&asked(&[("transport", "tilted")]), &scene(&json!([hanging])));
     assert_eq!(asked.transport, Transport::Tilted);
+}
+
+/// What maps tell of a cloud beside the optical depth of its columns says which transport its light is carried by.
+#[test]
+fn maps_are_taken_by_what_they_tell() {
+    let image = "0".repeat(64);
+    let (heights, depth) = (json!({"image": image, "scale_m": 1}), json!({"image": image}));
+    let mut thickness = heights.clone();
+    thickness["kind"] = json!("image");
+    let sheet = json!({"base_m": 900, "optical_depth": depth});
+    let tops = json!({"base_m": 900, "top": heights, "optical_depth": depth});
+    let over = json!({"base_m": 900, "thickness": thickness, "optical_depth": depth});
+    let product = json!({"top": heights, "optical_depth": depth});
+    let whole = json!({"base": heights, "top": heights, "optical_depth": depth});
+    let hung = json!({"flat": "top", "top_m": 1500, "thickness": thickness, "optical_depth": depth});
+    let even = json!({"base_m": 3000, "thickness": {"kind": "uniform", "metres": 100}});
+    let standing = json!({"base_m": 4000, "thickness": {"kind": "stratocumulus"}});
+    let still = json!({"flat": "top", "top_m": 1500, "thickness": {"kind": "stratocumulus"}});
+    let (columns, blended, lattice) = (Transport::Columns, Transport::Blended, Transport::Lattice);
+    for (layers, wanted) in [
+        (json!([sheet]), [blended, columns, columns, columns]),
+        (json!([tops]), [columns; 4]),
+        (json!([over]), [columns; 4]),
+        (json!([product]), [columns; 4]),
+        (json!([whole]), [lattice; 4]),
+        (json!([hung]), [lattice; 4]),
+        (json!([whole, even]), [lattice; 4]),
+        // The least that is told of one is told of all.
+        (
+            json!([sheet, {"base": heights, "top": heights, "optical_depth": depth}]),
+            [blended, columns, columns, columns],
+        ),
+        (json!([whole, standing]), [blended, blended, columns, lattice]),
+        (json!([still]), [columns, lattice, lattice, lattice]),
+    ] {
+        let scene = scene(&layers);
+        let plan = |texture: &str, view: &str| {
+            let view = (!view.is_empty()).then(|| ("view".to_owned(), view.to_owned()));
+            let query: Vec<_> = view.into_iter().chain([("tolerance".to_owned(), "0.02".to_owned())]).collect();
+            let request = Request::parse(texture, "exr", &query).unwrap();
+            let plan = Plan::new(&request, &scene);
+            let choices = plan.explain(&scene, &request);
+            let told = choices.iter().find(|choice| choice.stage == "sunlight").unwrap().error;
+            (plan.transport, told)
+        };
+        let found = [plan("irradiance", ""), plan("cloud", "below"), plan("cloud", "above"), plan("sky", "")];
+        assert_eq!(found.map(|(transport, _)| transport), wanted, "{layers}");
+        if wanted == [lattice; 4] {
+            assert_eq!(found.map(|(_, error)| error)[..3], lattice.format_errors(Told::Shapes), "{layers}");
+        }
+    }
+    // A tolerance that columns meet is met by columns.
+    let rough = Plan::new(&asked(&[("tolerance", "0.2")]), &scene(&json!([whole])));
+    assert_eq!(rough.transport, columns);
+}
+
+/// Where nothing is within the tolerance, the plan takes the cheapest that errs by no more than 1.3 times the least, of those that keep the light's
+/// mean: columns, which do not, only where they err least.
+#[test]
+fn defaults_are_the_cheapest_of_those_near_the_best() {
+    let synthetic = |coverage: f64| scene(&json!([{"thickness": {"kind": "stratocumulus", "coverage": coverage}}]));
+    for (coverage, gaps) in [(1.0, false), (0.6, true)] {
+        for (view, side) in [("below", Side::Below), ("above", Side::Above)] {
+            let error = |transport: Transport| transport.radiance_error(side, gaps);
+            let taken = Plan::new(&asked(&[("view", view)]), &synthetic(coverage)).transport;
+            let (columns, blended) = (error(Transport::Columns), error(Transport::Blended));
+            let wanted = if columns <= blended { Transport::Columns } else { Transport::Blended };
+            assert_eq!(taken, wanted, "{coverage} {view}");
+            assert!(error(taken) <= 1.3 * columns.min(blended));
+        }
+    }
+    // Under no charted sun is the light of a default worse than that of columns.
+    for (field, gaps) in KINDS {
+        let coverage = if gaps { 0.6 } else { 1.0 };
+        let request = Request::parse("irradiance", "exr", &[]).unwrap();
+        let taken = Plan::new(&request, &synthetic(coverage)).transport;
+        for light in ["base", "ground"] {
+            for sun in ["0", "30", "60", "70", "80"] {
+                let [error, columns] = [taken, Transport::Columns].map(|of| charted(field, light, of, sun));
+                assert!(error <= 1.01 * columns, "{field} {light} {sun}: {error}, columns {columns}");
+            }
+        }
+    }
 }
 
 #[test]
