@@ -36,6 +36,7 @@ impl Droplets {
             sun: [1.0; 3],
             above: [0.0; 3],
             below: [0.0; 3],
+            returned: [0.0; 3],
         }
     }
 
@@ -95,12 +96,16 @@ fn pictures_are_those_of_monte_carlo() {
     let (mut front, mut back, mut energies) = (Vec::new(), Vec::new(), Vec::new());
     for name in ["one", "three", "hier"] {
         let shape = Shape::named(name);
-        let volume = Volume::new(&shape.body);
+        // The truth is of clouds alone. Here each has copies beside it, which in a domain of 4 km send it 3 to 6 % more light (traced as well), in one
+        // of 8 km 1 %. There samples of the volume are 10 m apart, which is too far where the sun shines through edges.
+        let [near, far] = [shape.body.extent_m, 8000.0]
+            .map(|extent_m| Volume::new(&Body { extent_m, spheres: shape.body.spheres.clone(), ..shape.body }));
         for view in if name == "hier" { &["side", "above", "below"][..] } else { &["side"] } {
             let picture = shape.picture(view);
             for sun in &picture.suns {
+                let volume = if sun.starts_with("back") { &near } else { &far };
                 let lighting = droplets.lighting(shape.extinction_per_m, shape.sun(sun));
-                let (rms, energy) = picture.score(&droplets.picture(&volume, &lighting, &picture), sun);
+                let (rms, energy) = picture.score(&droplets.picture(volume, &lighting, &picture), sun);
                 println!("{name:5} {view:6} {sun:7} rms {:5.1} %, energy {:+5.1} %", 100.0 * rms, 100.0 * energy);
                 assert!(rms < 0.2, "{name} {view} {sun}: {rms}");
                 energies.push(energy);
@@ -119,7 +124,8 @@ fn pictures_are_those_of_monte_carlo() {
 fn core_and_rim_against_the_sun() {
     let droplets = Droplets::new(1.0);
     let shape = Shape::named("hier");
-    let volume = Volume::new(&shape.body);
+    // Copies of the cloud beside it light its core: they are farther away than elsewhere.
+    let volume = Volume::new(&Body { extent_m: 10_000.0, ..shape.body.clone() });
     let picture = shape.picture("side");
     let depths = picture.column("tau");
     let contrast = |radiance: &[f64]| {
@@ -206,6 +212,17 @@ fn a_lattice_is_settled_and_the_same_on_any_number_of_cores() {
     }
 }
 
+/// Part of all directions from a ball in which a copy of it lies: those beside it, of which no nearer one hides all.
+fn seen_by_copies(radius_m: f64, extent_m: f64) -> f64 {
+    let copies = (-4_i32..=4).flat_map(|i| (-4_i32..=4).map(move |j| (i, j)));
+    let seen = copies.filter(|(i, j)| (1..=4).filter(|n| i % n == 0 && j % n == 0).count() == 1 && (*i, *j) != (0, 0));
+    let part = |(i, j): (i32, i32)| {
+        let sine = radius_m / (extent_m * f64::from(i * i + j * j).sqrt());
+        0.5 * (1.0 - (1.0 - sine * sine).sqrt())
+    };
+    seen.map(part).sum()
+}
+
 /// What a white ball takes from the sun it sends out, within 3 %, from the thinnest to one whose cubes hold ten mean free paths; in a domain
 /// of 6 km, where they are of 17 m, as well.
 #[test]
@@ -213,7 +230,7 @@ fn a_ball_keeps_its_energy() {
     const WAYS: usize = 400;
     let droplets = Droplets::new(1.0);
     let radius_m = 300.0;
-    let [near, far] = [2400.0, 6000.0].map(|extent_m| Volume::new(&ball(radius_m, extent_m)));
+    let [near, far] = [3200.0, 6000.0].map(|extent_m| Volume::new(&ball(radius_m, extent_m)));
     let suns = [DVec3::new(0.6, 0.0, 0.8), DVec3::Z];
     let near = [1e-6, 1e-3, 0.01, 0.04, 0.1, 0.2, 0.5, 1.0].map(|extinction| (&near, extinction));
     let far = [0.2, 0.5, 1.0].map(|extinction| (&far, extinction));
@@ -238,6 +255,8 @@ fn a_ball_keeps_its_energy() {
             1.0 - 2.0 * (1.0 - (1.0 + depth) * (-depth).exp()) / (depth * depth)
         };
         let sent = 4.0 * PI * sum / WAYS as f64 / taken;
+        // Of that some falls on the copies beside, which send it on: it is counted once more.
+        let sent = sent / (1.0 + taken * seen_by_copies(radius_m, volume.extent_m));
         println!("{} m, sun {sun}, extinction {extinction}: sends {sent:.4} of what it takes", volume.extent_m);
         assert!((sent - 1.0).abs() < 0.03, "{} m, {sun}, {extinction}: {sent}", volume.extent_m);
     }

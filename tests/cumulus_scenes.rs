@@ -116,6 +116,7 @@ fn pictures_are_those_of_the_twin() {
             sun: [1.0; 3],
             above: [0.1; 3],
             below: [0.3 * mean / PI; 3],
+            returned: [0.0; 3],
         };
         let lattice = Lattice::solve(&volume, &lighting);
         let light =

@@ -146,7 +146,7 @@ fn light_rides_with_the_wind() {
 }
 
 /// Cubes are those of the highest top that a field may have at any time: by that of the moment a closed cover of 60 m, whose tops rise from 102 to
-/// 109 m in these frames, had from 152 to 144 of them across, and the light of all of it jumped.
+/// 109 m in these frames, had from 152 to 144 of them across.
 #[test]
 fn the_cubes_of_a_moving_field_stay() {
     let mut sky = Sky::open();

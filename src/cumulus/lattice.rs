@@ -64,6 +64,8 @@ pub struct Lattice {
     pub sun_depth: Vec<f16>,
     /// What the layer's scattering adds to the mean irradiance below it, and above it from below. Light that goes on straight is not in it.
     pub added: [[f64; 3]; 2],
+    /// Radiance that comes up to the layer, what it has sent down itself and comes back among it.
+    pub below: [f64; 3],
     /// Iterations that were taken, and the last one's change.
     pub iterations: usize,
     /// See `iterations`.
@@ -115,7 +117,17 @@ impl Lattice {
             sun_depth[grid.number(*place)] = half(*depth);
         }
         let light = std::array::from_fn(|_| Vec::new());
-        Self { size, cell_m, floor_m, light, sun_depth, added: [[0.0; 3]; 2], iterations: 0, change: 0.0 }
+        Self {
+            size,
+            cell_m,
+            floor_m,
+            light,
+            sun_depth,
+            added: [[0.0; 3]; 2],
+            below: lighting.below,
+            iterations: 0,
+            change: 0.0,
+        }
     }
 
     /// Solves for the light in a volume.
@@ -137,10 +149,12 @@ impl Lattice {
         look()?;
         let cells = Cells::new(volume, lighting, &grid);
         look()?;
-        let border = Border::new(lighting);
+        let border = Border::new(lighting).with_gaps(volume.top_m - volume.floor_m.max(volume.base_m));
         let settled = settle(&cells, lighting, &border, Enough::FINE, look)?;
+        let border = settled.border;
         // Between cubes of cloud and of clear air light is read from both.
         let mut sweep = Sweep::again(settled.rises, settled.sums, &grid, &cells.near);
+        sweep.level.beside = settled.beside;
         sweep.run(&cells.cloud, &border, &settled.state);
         let mut lattice = Self {
             size: grid.size,
@@ -152,6 +166,7 @@ impl Lattice {
                 let mean = sum * FLUX / (across * across) as f64;
                 [mean.x, mean.y, mean.z]
             }),
+            below: border.below.truncate().as_dvec3().to_array(),
             iterations: settled.iterations,
             change: settled.change,
         };
@@ -238,10 +253,11 @@ mod tests {
                 sun: [1.0; 3],
                 above: [0.0; 3],
                 below: [0.0; 3],
+                returned: [0.0; 3],
             };
             let grid = grid(&volume, &lighting);
             let cells = Cells::new(&volume, &lighting, &grid);
-            let border = Border::new(&lighting).without_gaps();
+            let border = Border::new(&lighting);
             let enough = || Ok::<(), Infallible>(());
             let Ok(settled) = settle(&cells, &lighting, &border, Enough::EXACT, &enough);
             let mut sweep = Sweep::new(&grid, &cells.cloud.set);

@@ -91,6 +91,7 @@ impl LatticeMaps {
             sun: [1.0; 3],
             above: [0.0; 3],
             below: [0.0; 3],
+            returned: [0.0; 3],
         };
         let fluxes = Fluxes::solve(&columns, &lighting, look)?;
         let (iterations, change) = (fluxes.iterations, fluxes.change);

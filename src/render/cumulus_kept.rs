@@ -112,8 +112,15 @@ impl CumulusKept {
         let middle_m = 0.5 * (field.host.base_m.max(field.host.floor_m) + field.host.top_m);
         let light = &moment.illumination;
         let (towards_sun, sun) = (DVec3::from_array(light.towards_sun_seen()), light.beam_at(job.air(), middle_m));
-        let mut lighting =
-            Lighting { extinction_per_m, scattering, towards_sun, sun, above: light.sky, below: [0.0; 3] };
+        let mut lighting = Lighting {
+            extinction_per_m,
+            scattering,
+            towards_sun,
+            sun,
+            above: light.sky,
+            below: [0.0; 3],
+            returned: [0.0; 3],
+        };
         let above = |number: usize| scene.place(number) > layer.place();
         for (number, map) in decks.iter().rev().filter(|(number, _)| above(*number)) {
             let deck = Deck::new(job, moment, *number, map);
@@ -139,6 +146,15 @@ impl CumulusKept {
             }
         }
         lighting.below = [0, 1, 2].map(|c| direct[c] * reflected_beam[c] / PI + lighting.above[c] * reflected[c]);
+        // Where no lattice knows what the layer scatters down.
+        let down = [0, 1, 2].map(|c| {
+            DOWN * lighting.scattering[c].albedo * light.cosine() * lighting.sun[c] * (1.0 - through.forward[c])
+        });
+        if method == Some(CumulusMethod::Lattice) {
+            lighting.returned = reflected;
+        } else {
+            lighting.below = [0, 1, 2].map(|c| lighting.below[c] + reflected[c] * down[c] / PI);
+        }
         let drift = cumulus::drift_m(&layer.wind, time_s, extent_m);
         let field_of = &*field;
         let seen = match method {
@@ -174,11 +190,14 @@ impl CumulusKept {
                 let sky = if scene.layers.is_empty() { PI * light.sky[c] } else { 0.0 };
                 let scattered = match seen {
                     CumulusLight::Lattice(lit, _) => lit.added[0][c],
-                    _ => DOWN * lighting.scattering[c].albedo * sun * (1.0 - through.forward[c]),
+                    _ => down[c],
                 };
                 sky + scattered + straight
             })
         });
+        if let Some(CumulusLight::Lattice(lit, _)) = &seen {
+            lighting.below = lit.below;
+        }
         let lattice = seen.as_ref().and_then(|seen| match seen {
             CumulusLight::Lattice(lit, _) => Some([lit.sun_depth.cell_m, lit.sun_depth.floor_m]),
             CumulusLight::Octaves(depth) => Some([depth.cell_m, depth.floor_m]),

@@ -71,6 +71,7 @@ pub(crate) struct CumulusLit {
     pub(crate) sun_depth: SunDepth,
     /// As of the lattice.
     pub(crate) added: [[f64; 3]; 2],
+    pub(crate) below: [f64; 3],
     light: [wgpu::TextureView; 3],
     /// For other renderers.
     _host: Arc<Lattice>,
@@ -89,7 +90,7 @@ impl CumulusLit {
             .light
             .each_ref()
             .map(|light| gpu.volume_from("lattice", size, wgpu::TextureFormat::Rgba16Float, light));
-        Self { sun_depth: SunDepth::new(gpu, &host), added: host.added, light, _host: host }
+        Self { sun_depth: SunDepth::new(gpu, &host), added: host.added, below: host.below, light, _host: host }
     }
 }
 

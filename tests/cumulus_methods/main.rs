@@ -37,6 +37,7 @@ fn lighting(extinction_per_m: f64, albedo: f64, towards_sun: DVec3) -> Lighting 
         sun: [1.0, 0.9, 0.7],
         above: [0.1, 0.12, 0.2],
         below: [0.0; 3],
+        returned: [0.0; 3],
     }
 }
 
@@ -117,7 +118,7 @@ const FOUND: [(&str, [f64; 6]); 10] = [
     ("octaves of halves", [92.6, 65.0, 66.3, 37.2, 89.0, 27.3]),
     ("8 octaves", [19.9, 20.8, 19.2, 20.1, 26.7, 25.7]),
     ("octaves", [24.0, 20.4, 20.1, 20.0, 29.7, 24.5]),
-    ("lattice", [4.0, 7.4, 7.3, 7.7, 6.1, 5.6]),
+    ("lattice", [4.1, 7.3, 7.2, 7.9, 7.0, 5.6]),
 ];
 
 #[test]

@@ -65,10 +65,10 @@ fn solve<E>(
     look: &dyn Fn() -> Result<(), E>,
 ) -> Result<Fluxes, E> {
     look()?;
-    let lighting = Lighting { above: [0.0; 3], below: [0.0; 3], ..*lighting };
+    let lighting = Lighting { above: [0.0; 3], below: [0.0; 3], returned: [0.0; 3], ..*lighting };
     let (cells, dense, depths) = columns.cells(&lighting, grid);
     look()?;
-    let border = Border::new(&dense).without_gaps();
+    let border = Border::new(&dense);
     let settled = settle(&cells, &dense, &border, enough, look)?;
     let (within, exits) = Within::new(&cells, &border, &settled.state);
     let sun = lighting.sun.map(|sun| (4.0 * PI / (sun * lighting.towards_sun.z)) as f32);

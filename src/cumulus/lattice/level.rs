@@ -1,6 +1,6 @@
 //! Light that goes level: along the rows of each slice.
 
-use super::cells::{Cloud, Set};
+use super::cells::{CLEAR, Cloud, Set};
 use super::grid::Grid;
 use super::sweep::{Border, EDGE, State};
 use glam::Vec4;
@@ -20,7 +20,13 @@ pub(super) struct Level {
     slices: Vec<usize>,
     /// Cubes of each slice by x, then y; numbers within the slice.
     columns: Vec<u32>,
+    /// Of each slice.
+    pub(super) beside: Vec<Beside>,
 }
+
+/// Light that a slice's clear cubes have in the mean over that from beyond the layer, along x and back, along y and back: what comes from clouds beside
+/// a row.
+pub(super) type Beside = [[Vec4; 2]; 2];
 
 /// What a slice reads.
 struct Slice<'a> {
@@ -30,6 +36,7 @@ struct Slice<'a> {
     border: &'a Border,
     state: &'a [State],
     cell_m: f32,
+    beside: Beside,
 }
 
 impl Level {
@@ -42,53 +49,76 @@ impl Level {
             order
         });
         let columns = orders.collect::<Vec<_>>().concat();
-        Self { size: [grid.size[0] as u32, grid.size[1] as u32], cell_m: grid.cell_m as f32, slices, columns }
+        Self {
+            size: [grid.size[0] as u32, grid.size[1] as u32],
+            cell_m: grid.cell_m as f32,
+            beside: vec![Beside::default(); slices.len() - 1],
+            slices,
+            columns,
+        }
     }
 
-    /// Sums over the directions, of all cubes of a set.
-    pub(super) fn run(&self, set: &Set, cloud: &Cloud, border: &Border, state: &[State], sums: &mut [State]) {
+    /// Sums over the directions, of all cubes of a set. Gives what rows have lost in gaps, weighted as they are.
+    pub(super) fn run(
+        &mut self,
+        set: &Set,
+        cloud: &Cloud,
+        border: &Border,
+        state: &[State],
+        sums: &mut [State],
+    ) -> Vec4 {
         let (mut rest, mut slices) = (sums, Vec::new());
         for ends in self.slices.windows(2) {
             let (slice, after) = rest.split_at_mut(ends[1] - ends[0]);
             slices.push((ends[0]..ends[1], slice));
             rest = after;
         }
-        slices.into_par_iter().for_each(|(range, sums)| {
+        let Self { size, cell_m, columns, beside, .. } = self;
+        let lost = slices.into_par_iter().zip(beside).map(|((range, sums), beside)| {
             let slice = Slice {
                 places: &set.places[range.clone()],
                 clouds: &set.clouds[range.clone()],
                 cloud,
                 border,
                 state,
-                cell_m: self.cell_m,
+                cell_m: *cell_m,
+                beside: *beside,
             };
             sums.fill(State::default());
+            let (mut lost, mut in_gaps) = (Vec4::ZERO, Beside::default());
             let all: Vec<u32> = (0..sums.len() as u32).collect();
             for row in all.chunk_by(|a, b| slice.places[*a as usize][1] == slice.places[*b as usize][1]) {
-                slice.follow(row, 0, self.size[0], sums);
+                lost += slice.follow(row, 0, size[0], sums, &mut in_gaps[0]);
             }
-            let columns = &self.columns[range];
+            let columns = &columns[range];
             for row in columns.chunk_by(|a, b| slice.places[*a as usize][0] == slice.places[*b as usize][0]) {
-                slice.follow(row, 1, self.size[1], sums);
+                lost += slice.follow(row, 1, size[1], sums, &mut in_gaps[1]);
             }
+            let filled = slice.clouds.iter().filter(|&&own| own != CLEAR).count();
+            let clear = (size[0] as usize * size[1] as usize - filled).max(1) as f32;
+            *beside = in_gaps.map(|ways| ways.map(|sum| sum / clear));
+            lost
         });
+        lost.collect::<Vec<_>>().into_iter().sum()
     }
 }
 
 impl Slice<'_> {
-    /// Light along a row of cubes, both ways.
-    fn follow(&self, row: &[u32], axis: usize, size: u32, sums: &mut [State]) {
-        self.one_way(row.iter(), [axis, 0], size, sums);
-        self.one_way(row.iter().rev(), [axis, 1], size, sums);
+    /// Light along a row of cubes, both ways. Gives what is lost.
+    fn follow(&self, row: &[u32], axis: usize, size: u32, sums: &mut [State], in_gaps: &mut [Vec4; 2]) -> Vec4 {
+        let [on, back] = in_gaps;
+        let gained = self.one_way(row.iter(), [axis, 0], size, sums, on);
+        EDGE * (gained + self.one_way(row.iter().rev(), [axis, 1], size, sums, back))
     }
 
     fn one_way<'a>(
         &self,
-        row: impl Iterator<Item = &'a u32> + Clone,
+        row: impl DoubleEndedIterator<Item = &'a u32> + Clone,
         [axis, back]: [usize; 2],
         size: u32,
         sums: &mut [State],
-    ) {
+        in_gaps: &mut Vec4,
+    ) -> Vec4 {
         let beyond = 0.5 * (self.border.above + self.border.below);
         let place = |number: u32| {
             let at = self.places[number as usize][axis];
@@ -100,65 +130,87 @@ impl Slice<'_> {
             sum.0[0] += EDGE * mean;
             sum.0[1 + axis] += sign * EDGE * mean;
         };
-        let mut light = Passing { radiance: beyond, left: Vec4::ONE, last: None };
-        let mut first = None;
+        let holds_cloud = |number: &&u32| self.clouds[**number as usize] != CLEAR;
+        let ends =
+            [row.clone().find(holds_cloud), row.clone().rfind(holds_cloud)].map(|end| end.map(|end| place(*end)));
+        // What left the row's end comes in at its beginning, and so it does each time round.
+        let gap = ends[0].zip(ends[1]).map(|(first, last)| first + size - last);
+        let (came, aside) = gap.map_or((0.0, 1.0), |steps| self.border.follow(steps, self.cell_m));
+        let radiance = beyond + aside * self.beside[axis][back];
+        let mut light = Passing { radiance, left: Vec4::ONE, gained: Vec4::ZERO, in_gaps: Vec4::ZERO, last: None };
         for &number in row.clone() {
             let at = place(number);
             add(number, self.visit(number, at, [axis, back], beyond, &mut light));
-            first = first.or(light.last);
         }
-        let (Some(first), Some(last)) = (first, light.last) else { return };
-        // What left the row's end comes in at its beginning, and so it does each time round.
-        let came = self.border.follow(first + size - last, self.cell_m);
+        let (Some(gap), Some(last)) = (gap, light.last) else { return Vec4::ZERO };
         let round = (Vec4::ONE - came * light.left).max(Vec4::splat(LEAST));
         let mut more = light.radiance - beyond;
         more += light.left * came * more / round;
+        light.in_gaps += self.border.in_gap(gap, self.cell_m) * more;
         let (mut left, mut before) = (Vec4::ONE, i64::from(last) - i64::from(size));
         for &number in row {
             let at = place(number);
             let steps = (i64::from(at) - before) as u32;
-            let follow = if steps == 1 { 1.0 } else { self.border.follow(steps, self.cell_m) };
+            let (follow, _) = if steps == 1 { (1.0, 0.0) } else { self.border.follow(steps, self.cell_m) };
             let cloudy = self.clouds[number as usize] as usize;
             let Some(&density) = self.cloud.densities.get(cloudy) else {
                 add(number, follow * more);
                 continue;
             };
             let passage = &self.cloud.passages.of(density)[0];
-            add(number, follow * more * passage.mean);
-            more *= follow * passage.transmittance;
+            if steps > 1 && before >= 0 {
+                light.in_gaps += self.border.in_gap(steps, self.cell_m) * more;
+            }
+            more *= follow;
+            add(number, more * passage.mean);
+            light.gained += more * (passage.transmittance - 1.0);
+            more *= passage.transmittance;
             left *= follow * passage.transmittance;
             before = at.into();
             if left.truncate().max_element() < LEFT {
                 break;
             }
         }
+        *in_gaps += light.in_gaps;
+        light.gained
     }
 
     /// Light in a cube in the mean over the row's way through it.
     #[inline]
     fn visit(&self, number: u32, at: u32, [axis, back]: [usize; 2], beyond: Vec4, light: &mut Passing) -> Vec4 {
-        let follow = match light.last {
-            Some(last) if at - last > 1 => self.border.follow(at - last, self.cell_m),
-            _ => 1.0,
-        };
-        let arrives = if follow < 1.0 { beyond + follow * (light.radiance - beyond) } else { light.radiance };
         let cloudy = self.clouds[number as usize] as usize;
-        let Some(of) = self.state.get(cloudy) else { return arrives };
+        let of = self.state.get(cloudy);
+        let (follow, arrives) = match light.last {
+            Some(last) if at - last > 1 => {
+                let (follow, aside) = self.border.follow(at - last, self.cell_m);
+                let more = light.radiance - beyond;
+                if of.is_some() {
+                    light.in_gaps += self.border.in_gap(at - last, self.cell_m) * more;
+                }
+                (follow, beyond + follow * more + aside * self.beside[axis][back])
+            }
+            _ => (1.0, light.radiance),
+        };
+        let Some(of) = of else { return arrives };
         let source = self.border.source(self.cloud.sun[cloudy], of);
         let along = source[1 + axis];
         let source = (if back == 1 { source[0] - along } else { source[0] + along }).max(Vec4::ZERO);
         let passage = &self.cloud.passages.of(self.cloud.densities[cloudy])[0];
         let from = arrives - source;
         light.radiance = source + from * passage.transmittance;
+        light.gained += from * (passage.transmittance - 1.0);
         light.left *= follow * passage.transmittance;
         light.last = Some(at);
         source + from * passage.mean
     }
 }
 
-/// Light as it left the last cube of cloud, what is left of that which came in, and where that was.
+/// Light as it left the last cube of cloud, what is left of that which came in, what it has gained in all cubes together, what is in gaps, cubes times
+/// light, and where the last cube was.
 struct Passing {
     radiance: Vec4,
     left: Vec4,
+    gained: Vec4,
+    in_gaps: Vec4,
     last: Option<u32>,
 }

@@ -16,6 +16,8 @@ pub struct Lighting {
     pub sun: [f64; 3],
     /// Radiance that comes down on the layer, the same from everywhere.
     pub above: [f64; 3],
-    /// Radiance that comes up to it.
+    /// Radiance that comes up to it, without that of `returned`.
     pub below: [f64; 3],
+    /// Part of what the layer scatters down that comes back from below, evenly: 0 to 1.
+    pub returned: [f64; 3],
 }

@@ -22,7 +22,6 @@ struct Lines {
 pub(super) struct Rise {
     way: Way,
     size: [u32; 3],
-    cell_m: f32,
     lines: [Lines; 5],
     /// Lines that were passed no later than this are still at the border.
     start: u32,
@@ -37,7 +36,7 @@ impl Rise {
         let size = grid.size.map(|n| n as u32);
         let count = grid.size[0] * grid.size[1];
         let lines = std::array::from_fn(|_| Lines { passing: vec![Vec4::ZERO; count], last: vec![0; count] });
-        Self { way, size, cell_m: grid.cell_m as f32, lines, start: 0 }
+        Self { way, size, lines, start: 0 }
     }
 
     /// Sums over the directions, of all cubes of a set.
@@ -72,15 +71,7 @@ impl Rise {
             _ => xs[usize::from(i > 0)] + nx * ys[usize::from(j > 0)],
         };
         let start = self.start;
-        let arrives = |lines: &Lines, line: usize, length_m: f32| {
-            let last = lines.last[line];
-            if last < start {
-                return beyond;
-            }
-            let steps = now - last;
-            let passing = lines.passing[line];
-            if steps == 1 { passing } else { beyond + border.follow(steps, length_m) * (passing - beyond) }
-        };
+        let arrives = |lines: &Lines, line: usize| if lines.last[line] < start { beyond } else { lines.passing[line] };
         let mut means = [Vec4::ZERO; 5];
         if let Some(of) = state.get(cloudy as usize) {
             let cloudy = cloudy as usize;
@@ -97,18 +88,17 @@ impl Rise {
                 even + along_z,
             ];
             for d in 0..5 {
-                let (passage, length) = if d == 4 { (&passages[0], 1.0) } else { (&passages[1], 1.732_050_8) };
+                let passage = &passages[usize::from(d < 4)];
                 let (line, lines) = (number(STEPS[d]) as usize, &mut self.lines[d]);
                 let source = sources[d].max(Vec4::ZERO);
-                let from = arrives(lines, line, length * self.cell_m) - source;
+                let from = arrives(lines, line) - source;
                 means[d] = source + from * passage.mean;
                 lines.passing[line] = source + from * passage.transmittance;
                 lines.last[line] = now;
             }
         } else {
             for d in 0..5 {
-                let length = if d == 4 { 1.0 } else { 1.732_050_8 };
-                means[d] = arrives(&self.lines[d], number(STEPS[d]) as usize, length * self.cell_m);
+                means[d] = arrives(&self.lines[d], number(STEPS[d]) as usize);
             }
         }
         let [a, b, c, d, vertical] = means;
@@ -126,12 +116,12 @@ impl Rise {
     /// light by the last cube of cloud. A slanted line goes out at a corner, and so into four columns. The lowest face is the lower one of
     /// the slice of this number.
     pub(super) fn exits(&self, border: &Border, lowest: u32) -> Vec<Vec4> {
-        let [nx, ny, nz] = self.size;
+        let [nx, ny, _] = self.size;
         let mut exits = vec![Vec4::ZERO; (nx * ny) as usize];
         let add = |at: u32, step: i32, n: u32| (i64::from(at) + i64::from(step)).rem_euclid(i64::from(n)) as u32;
         let low = lowest as i32;
         for (d, (lines, [i, j])) in self.lines.iter().zip(STEPS).enumerate() {
-            let (weight, length_m) = if d == 4 { (EDGE, 1.0) } else { (DIAGONAL * ROOT, 1.732_050_8) };
+            let weight = if d == 4 { EDGE } else { DIAGONAL * ROOT };
             for (line, (passing, last)) in lines.passing.iter().zip(&lines.last).enumerate() {
                 let passed = last.checked_sub(self.start);
                 let (x, y) = (line as u32 % nx, line as u32 / nx);
@@ -139,11 +129,7 @@ impl Rise {
                     (Way::Up, None) => (border.below, [x, y], 1),
                     (Way::Down, None) => (border.above, [add(x, i * low, nx), add(y, j * low, ny)], -1),
                     (Way::Up, Some(z)) => (*passing, [add(x, i * z as i32, nx), add(y, j * z as i32, ny)], 1),
-                    (Way::Down, Some(steps)) => {
-                        let follow = border.follow(nz - lowest - steps, length_m * self.cell_m);
-                        let column = [add(x, i * low, nx), add(y, j * low, ny)];
-                        (border.above + follow * (*passing - border.above), column, -1)
-                    }
+                    (Way::Down, Some(_)) => (*passing, [add(x, i * low, nx), add(y, j * low, ny)], -1),
                 };
                 let ends = [[0, 0], [side * i, 0], [0, side * j], [side * i, side * j]];
                 for [i, j] in ends {

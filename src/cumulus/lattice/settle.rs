@@ -2,10 +2,12 @@
 
 use super::cells::Cells;
 use super::coarse::Coarse;
+use super::level::Beside;
 use super::lighting::Lighting;
 use super::mixing::Mixing;
 use super::rise::Rise;
 use super::sweep::{Border, State, Sweep};
+use glam::Vec4;
 use std::f64::consts::PI;
 
 /// A lattice of so many cubes of cloud, or more, starts from the solution of one that is twice as coarse.
@@ -43,6 +45,10 @@ impl Enough {
 /// Light in the cubes of cloud.
 pub(super) struct Settled {
     pub(super) state: Vec<State>,
+    /// And with what comes up from below.
+    pub(super) border: Border,
+    /// What clouds send to those beside them.
+    pub(super) beside: Vec<Beside>,
     /// What ran over them, and its sums, to be used again.
     pub(super) rises: [Rise; 2],
     pub(super) sums: [Vec<State>; 3],
@@ -60,19 +66,34 @@ pub(super) fn settle<E>(
     look: &dyn Fn() -> Result<(), E>,
 ) -> Result<Settled, E> {
     let cloud = &cells.cloud;
+    let mut border = border.clone();
+    let mut beside = Vec::new();
     let mut state = vec![border.even(); cloud.set.places.len()];
     if state.len() >= COARSEN
         && let Some(coarse) = Coarse::new(cells, lighting)
     {
-        let settled = settle(&coarse.cells, lighting, border, Enough::COARSE, look)?;
+        let settled = settle(&coarse.cells, lighting, &border, Enough::COARSE, look)?;
         state = coarse.prolonged(&settled.state, cells);
+        border = settled.border;
+        beside = settled.beside;
+    }
+    // Light from below is a state of its own after those of all cubes, of which it weighs as much as all together.
+    let weight = (state.len() as f32).sqrt();
+    let below = |light: Vec4| State([weight * light, Vec4::ZERO, Vec4::ZERO, Vec4::ZERO]);
+    let columns = (cells.grid.size[0] * cells.grid.size[1]) as f64;
+    if !state.is_empty() {
+        state.push(below(border.below));
     }
     let mut sweep = Sweep::new(&cells.grid, &cloud.set);
+    for (slice, own) in sweep.level.beside.iter_mut().enumerate() {
+        *own = beside.get(slice / 2).copied().unwrap_or_default();
+    }
     let mut mixing = Mixing::default();
     let (mut iterations, mut change) = (0, 0.0);
     while iterations < enough.iterations && !state.is_empty() {
         look()?;
-        sweep.run(cloud, border, &state);
+        sweep.run(cloud, &border, &state);
+        sweep.below = below(border.rising(&sweep, columns));
         iterations += 1;
         change = mixing.add(&state, &sweep);
         if change < enough.change || iterations == enough.iterations {
@@ -80,6 +101,10 @@ pub(super) fn settle<E>(
             break;
         }
         mixing.mix(&mut state);
+        border.below = state.last().map_or(Vec4::ZERO, |State([light, ..])| (*light / weight).max(Vec4::ZERO));
     }
-    Ok(Settled { state, rises: sweep.rises, sums: sweep.sums, iterations, change })
+    if let Some(State([light, ..])) = state.pop() {
+        border.below = light / weight;
+    }
+    Ok(Settled { state, border, beside: sweep.level.beside, rises: sweep.rises, sums: sweep.sums, iterations, change })
 }
