@@ -134,6 +134,29 @@ fn clouds_of_uneven_layers_and_cumulus_are_as_far_off_as_is_told() {
     }
 }
 
+/// The light that the lattice misses where clouds do not light each other, and the ground them, grows with the cover: 14 to 16 % at this one.
+#[test]
+fn cumulus_light_each_other_and_the_ground_lights_them() {
+    let mut sky = Sky::open();
+    let mut layer = cumulus();
+    (layer["coverage"], layer["seed"]) = (json!(0.5), json!(7));
+    let above = ("view", "above");
+    for (name, albedo, query, [bias, rms]) in [
+        ("from above, sun behind the viewer", 0.2, &[above, ("direction", "60,200")][..], [0.05, 0.08]),
+        ("from above, against the sun", 0.2, &[above, ("direction", "60,20")], [0.08, 0.13]),
+        ("from below", 0.2, &[], [0.05, 0.12]),
+        ("from above, over snow", 0.8, &[above, ("direction", "60,200")], [0.06, 0.09]),
+        ("from below, over snow", 0.8, &[], [0.06, 0.12]),
+    ] {
+        let scene = scene(&[layer.clone()], albedo, 55.0);
+        let fast = every_ninth(&sky.render(&scene, "cloud", &[query, &[("size", "72")]].concat()));
+        let traced = [query, &[REFERENCE, ("size", "8"), ("tolerance", "0.12")]].concat();
+        let [found_bias, found_rms] = errors(&fast, &sky.render(&scene, "cloud", &traced));
+        println!("{name}, albedo {albedo}: bias {found_bias:.3}, rms {found_rms:.3}");
+        assert!(found_bias.abs() < bias && found_rms < rms, "{name}, {albedo}: bias {found_bias}, rms {found_rms}");
+    }
+}
+
 #[test]
 fn one_layer_alone_is_drawn_under_the_light_of_all() {
     let mut sky = Sky::open();

@@ -272,6 +272,31 @@ mod tests {
         }
     }
 
+    /// Light that comes up from below is what falls there that comes back, as settled as the rest, over snow below nearly closed cloud as well.
+    #[test]
+    fn light_from_below_is_what_comes_back() {
+        let scattering = Scattering { kept: 0.2775, albedo: 1.0, asymmetry: 0.459 };
+        let at =
+            |i: i32| DVec3::new(220.0 * f64::from(i % 4), 220.0 * f64::from(i / 4), 700.0 + 10.0 * f64::from(i % 3));
+        let spheres = (0..16).map(|i| Sphere { centre: at(i), radius_m: 118.0 }).collect();
+        let volume = Volume::new(&Body { spheres, base_m: 640.0, edge_m: 0.0, relief_m: 0.0, extent_m: 880.0 });
+        for returned in [0.0, 0.2, 0.95] {
+            let lighting = Lighting {
+                extinction_per_m: [0.03; 3],
+                scattering: [scattering; 3],
+                towards_sun: DVec3::new(0.48, 0.36, 0.8),
+                sun: [1.0; 3],
+                above: [0.1; 3],
+                below: [0.05; 3],
+                returned: [returned; 3],
+            };
+            let lattice = Lattice::solve(&volume, &lighting);
+            let wanted = 0.05 + returned * lattice.added[0][1] / PI;
+            assert!((lattice.below[1] / wanted - 1.0).abs() < 3e-3, "{returned}: {} for {wanted}", lattice.below[1]);
+            assert!(lattice.iterations < 12, "{returned}: {} iterations", lattice.iterations);
+        }
+    }
+
     /// However large the domain and dense the cloud, cubes grow rather than their number. Layers that are thinner than some cubes have as many again
     /// above and below.
     #[test]
