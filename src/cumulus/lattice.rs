@@ -34,8 +34,7 @@ use rayon::prelude::*;
 pub use rays::SunDepths;
 use settle::{Enough, settle};
 use std::convert::Infallible;
-use std::f64::consts::PI;
-use sweep::{Border, Sweep};
+use sweep::{Border, FLUX, Sweep};
 pub use within::Within;
 
 /// Side of a cube at most, metres, and in mean free paths.
@@ -43,9 +42,6 @@ const CELL_M: f64 = 40.0;
 const CELL_DEPTH: f64 = 1.2;
 /// Cubes of the whole domain, about at most: 100 MB on the device.
 const MAX_CELLS: f64 = 4e6;
-
-/// Irradiance by the sum of weighted cosines of the directions that come down: pi where light is even.
-const FLUX: f64 = PI / (1.0 / 15.0 + 4.0 * 3.0 / 40.0 * 0.577_350_269_189_625_8);
 
 /// Light in the cubes of a lattice that fills the domain.
 #[derive(Debug, Clone, PartialEq)]
@@ -212,6 +208,7 @@ mod tests {
     use crate::cumulus::dressed::Scattering;
     use crate::cumulus::{Body, Sphere};
     use glam::DVec3;
+    use std::f64::consts::PI;
 
     /// Lebedev's rule of degree 5: sums over the 14 directions of all powers of their components up to the fifth are means over the sphere.
     #[test]

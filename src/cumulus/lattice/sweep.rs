@@ -1,6 +1,5 @@
 //! One iteration: light runs along all lines, once each way.
 
-use super::FLUX;
 use super::cells::{Cloud, Set};
 use super::grid::Grid;
 use super::level::Level;
@@ -104,6 +103,9 @@ impl Border {
 /// Weights of Lebedev's rule of degree 5.
 pub(super) const EDGE: f32 = 1.0 / 15.0;
 pub(super) const DIAGONAL: f32 = 3.0 / 40.0;
+
+/// Irradiance by the sum of weighted cosines of the directions that come down: pi where light is even.
+pub(super) const FLUX: f64 = PI / (1.0 / 15.0 + 4.0 * 3.0 / 40.0 * 0.577_350_269_189_625_8);
 
 /// The four level directions stand for all within 15 degrees of the horizon: sines up to 4/15, their share of the sphere. From anywhere in a layer such
 /// light has left through its top or base after a way of the layer's height over that sine, half of it in the mean over sines and heights.
